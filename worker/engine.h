@@ -1,0 +1,60 @@
+// The seam between the worker's protocol and what it computes: an engine turns a scenario and a request into an answer.
+//
+// The engine `knap` is the differentiable simulator; tests use closed-form engines. Answers of different engines are
+// never mixed, so the engine's name is part of every request's id.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace knap {
+
+// A scenario as it travels: file name → bytes; "scenario.yaml" is the resolved configuration, the rest are its meshes.
+using ScenarioFiles = std::map<std::string, std::string>;
+
+struct EngineRequest {
+  std::vector<double> theta;
+  std::vector<double> theta_reference;  // empty: task loss; else distillation against the trajectory at these
+  std::vector<double> variation;
+  bool gradient = true;
+};
+
+struct EngineAnswer {
+  std::string error;  // empty, or why no answer exists (bad input); all other fields are then meaningless
+  double loss = 0.0;
+  bool success = false;
+  std::vector<double> gradient;
+  bool finite = false;
+  bool converged = false;
+  bool smooth = false;
+  double worst_residual = 0.0;
+  std::int32_t subdivided_steps = 0;
+  std::int32_t contact_onsets = 0;
+  std::int32_t steps = 0;
+  double forward_s = 0.0;
+  double gradient_s = 0.0;
+};
+
+// One loaded scenario. Not thread-safe: one thread runs it.
+class EngineScenario {
+ public:
+  virtual ~EngineScenario() = default;
+
+  // Runs one rollout. `progress(done, total)` is called now and then from this thread with steps done.
+  virtual EngineAnswer Run(const EngineRequest& request,
+                           const std::function<void(std::int64_t, std::int64_t)>& progress) = 0;
+};
+
+class Engine {
+ public:
+  virtual ~Engine() = default;
+  virtual std::string name() const = 0;
+  // Throws std::runtime_error with one clear line when the files do not describe a scenario.
+  virtual std::unique_ptr<EngineScenario> Load(const ScenarioFiles& files) = 0;
+};
+
+}  // namespace knap
