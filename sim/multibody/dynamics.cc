@@ -1,0 +1,363 @@
+#include "sim/multibody/dynamics.h"
+
+#include <cmath>
+
+#include "sim/math/check.h"
+
+namespace knap {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+Dynamics::Dynamics(const Tree& tree) : tree_(&tree) {
+  const int n = tree.size();
+  kinematics_.resize(n);
+  external_.resize(n);
+  F_.resize(n);
+  F_magnitude_.resize(n);
+  articulated_.resize(n);
+  b_.resize(n);
+  z_.resize(n);
+  W_.resize(n);
+  bars_.resize(n);
+  S_.resize(n);
+  dynamic_.resize(n);
+  for (int i = 0; i < n; ++i) {
+    const Body& body = tree.bodies()[i];
+    dynamic_[i] = tree.IsDynamic(i);
+    S_[i].setZero();
+    switch (body.joint) {
+      case JointKind::kRevolute:
+        S_[i].col(0).head<3>() = body.axis;
+        break;
+      case JointKind::kPrismatic:
+        S_[i].col(0).tail<3>() = body.axis;
+        break;
+      case JointKind::kTranslation:
+        S_[i].bottomRows<3>().setIdentity();
+        break;
+      case JointKind::kBall:
+        S_[i].topRows<3>().setIdentity();
+        break;
+      case JointKind::kFixed:
+      case JointKind::kPrescribed:
+        break;
+    }
+  }
+}
+
+void Dynamics::CalcKinematics(const VectorXd& q, const VectorXd& v, const VectorXd& vdot, double time) {
+  Vector6d A_world = Vector6d::Zero();
+  A_world.tail<3>() = -tree_->gravity;
+  for (int i = 0; i < tree_->size(); ++i) {
+    const Body& body = tree_->bodies()[i];
+    BodyKinematics& k = kinematics_[i];
+    Vector6d A_joint = Vector6d::Zero();
+    Pose X_FB;
+    k.V_joint.setZero();
+    switch (body.joint) {
+      case JointKind::kFixed:
+        break;
+      case JointKind::kPrescribed: {
+        const PrescribedState state = body.motion(time);
+        X_FB = state.X_FB;
+        k.V_joint = state.V;
+        A_joint = state.A;
+        break;
+      }
+      case JointKind::kRevolute:
+        X_FB.R = Eigen::AngleAxisd(q(body.q_start), body.axis).toRotationMatrix();
+        k.V_joint.head<3>() = body.axis * v(body.v_start);
+        A_joint.head<3>() = body.axis * vdot(body.v_start);
+        break;
+      case JointKind::kPrismatic:
+        X_FB.p = body.axis * q(body.q_start);
+        k.V_joint.tail<3>() = body.axis * v(body.v_start);
+        A_joint.tail<3>() = body.axis * vdot(body.v_start);
+        break;
+      case JointKind::kTranslation:
+        X_FB.p = q.segment<3>(body.q_start);
+        k.V_joint.tail<3>() = v.segment<3>(body.v_start);
+        A_joint.tail<3>() = vdot.segment<3>(body.v_start);
+        break;
+      case JointKind::kBall:
+        X_FB.R = Eigen::Quaterniond(q.segment<4>(body.q_start)).toRotationMatrix();
+        k.V_joint.head<3>() = v.segment<3>(body.v_start);
+        A_joint.head<3>() = vdot.segment<3>(body.v_start);
+        break;
+    }
+    k.X_PB = body.X_PF * X_FB;
+    if (body.parent < 0) {
+      k.X_WB = k.X_PB;
+      k.V_carried.setZero();
+      k.A_carried = ShiftTwist(k.X_PB, A_world);
+    } else {
+      const BodyKinematics& parent = kinematics_[body.parent];
+      k.X_WB = parent.X_WB * k.X_PB;
+      k.V_carried = ShiftTwist(k.X_PB, parent.V);
+      k.A_carried = ShiftTwist(k.X_PB, parent.A);
+    }
+    k.V = k.V_carried + k.V_joint;
+    k.A = k.A_carried + A_joint + CrossMotion(k.V, k.V_joint);
+    external_[i].F.setZero();
+    external_[i].dF_deta.setZero();
+    external_[i].dF_dV.setZero();
+  }
+}
+
+void Dynamics::CalcResidual(const VectorXd& v, VectorXd* r, VectorXd* magnitude) {
+  for (int i = 0; i < tree_->size(); ++i) {
+    if (!dynamic_[i]) continue;
+    const Matrix6d& M = tree_->bodies()[i].M;
+    const Vector6d inertial = M * kinematics_[i].A;
+    const Vector6d gyroscopic = CrossForce(kinematics_[i].V, M * kinematics_[i].V);
+    F_[i] = inertial + gyroscopic - external_[i].F;
+    F_magnitude_[i] = inertial.cwiseAbs() + gyroscopic.cwiseAbs() + external_[i].F.cwiseAbs();
+  }
+  for (int i = tree_->size() - 1; i >= 0; --i) {
+    if (!dynamic_[i]) continue;
+    const Body& body = tree_->bodies()[i];
+    for (int k = 0; k < CountDof(body.joint); ++k) {
+      const int row = body.v_start + k;
+      const double damping = body.damping * v(row);
+      (*r)(row) = S_[i].col(k).dot(F_[i]) + damping;
+      (*magnitude)(row) = S_[i].col(k).cwiseAbs().dot(F_magnitude_[i]) + std::abs(damping);
+    }
+    if (body.parent < 0 || !dynamic_[body.parent]) continue;
+    const Pose& X_PB = kinematics_[i].X_PB;
+    F_[body.parent] += ShiftWrench(X_PB, F_[i]);
+    // |R| |F| + |p| × …, bounded above: a magnitude need not be sharp.
+    const Vector3d f = X_PB.R.cwiseAbs() * F_magnitude_[i].tail<3>();
+    F_magnitude_[body.parent].tail<3>() += f;
+    F_magnitude_[body.parent].head<3>() +=
+        X_PB.R.cwiseAbs() * F_magnitude_[i].head<3>() + Vector3d::Constant(X_PB.p.norm() * f.norm());
+  }
+}
+
+// dV-block of the body's own wrench: crf(V) M + CrossBar(M V) − dF_ext/dV.
+Matrix6d Dynamics::CalcVelocityJacobian(int i) const {
+  const Matrix6d& M = tree_->bodies()[i].M;
+  const Vector6d& V = kinematics_[i].V;
+  return CrossBarMatrix(M * V) - CrossMotionMatrix(V).transpose() * M - external_[i].dF_dV;
+}
+
+bool Dynamics::Factor(const VectorXd& xi, double c_v, double c_a) {
+  for (int i = 0; i < tree_->size(); ++i) {
+    if (!dynamic_[i]) continue;
+    Matrix6x18& P = articulated_[i].P;
+    P.leftCols<6>() = -external_[i].dF_deta;
+    P.middleCols<6>(6) = CalcVelocityJacobian(i);
+    P.rightCols<6>() = tree_->bodies()[i].M;
+  }
+  for (int i = tree_->size() - 1; i >= 0; --i) {
+    if (!dynamic_[i]) continue;
+    bool ok = true;
+    switch (CountDof(tree_->bodies()[i].joint)) {
+      case 0:
+        ok = FactorJoint<0>(i, xi, c_v, c_a);
+        break;
+      case 1:
+        ok = FactorJoint<1>(i, xi, c_v, c_a);
+        break;
+      default:
+        ok = FactorJoint<3>(i, xi, c_v, c_a);
+    }
+    if (!ok) return false;
+  }
+  return true;
+}
+
+template <int n>
+bool Dynamics::FactorJoint(int i, const VectorXd& xi, double c_v, double c_a) {
+  const Body& body = tree_->bodies()[i];
+  const BodyKinematics& k = kinematics_[i];
+  Articulated& a = articulated_[i];
+  const bool has_dynamic_parent = body.parent >= 0 && dynamic_[body.parent];
+  const auto P_eta = a.P.leftCols<6>();
+  const auto P_V = a.P.middleCols<6>(6);
+  const auto P_A = a.P.rightCols<6>();
+  if (has_dynamic_parent) {
+    const Matrix6d X = TwistMatrix(k.X_PB);
+    a.PT.leftCols<6>().noalias() = P_eta * X;
+    a.PT.middleCols<6>(6).noalias() = (P_V - P_A * CrossMotionMatrix(k.V_joint)) * X;
+    a.PT.rightCols<6>().noalias() = P_A * X;
+  }
+  if constexpr (n > 0) {
+    const Eigen::Matrix<double, 6, n> S = S_[i].leftCols<n>();
+    Eigen::Matrix<double, 6, n> S_pose = S;  // S Jr
+    if (body.joint == JointKind::kBall) {
+      if constexpr (n == 3) S_pose.template topRows<3>() = RightJacobianSo3(xi.segment<3>(body.v_start));
+    }
+    const Eigen::Matrix<double, 6, n> U_V = c_v * S + CrossMotionMatrix(k.V_carried) * S_pose;
+    a.U.topLeftCorner<6, n>() = S_pose;
+    a.U.block<6, n>(6, 0) = U_V;
+    a.U.block<6, n>(12, 0) = c_a * S + CrossMotionMatrix(k.A_carried) * S_pose +
+                             c_v * (CrossMotionMatrix(k.V) * S) - CrossMotionMatrix(k.V_joint) * U_V;
+    const Eigen::Matrix<double, 6, n> PU = a.P * a.U.leftCols<n>();
+    a.G.leftCols<n>() = PU + CrossBarMatrix(F_[i]) * S_pose;
+    Eigen::Matrix<double, n, n> M = S.transpose() * PU;
+    M.diagonal().array() += body.damping * c_v;
+    a.M_inverse.setZero();  // unused rows stay zero, so that it applies to padded 3-vectors
+    if constexpr (n == 1) {
+      if (!(std::abs(M(0, 0)) > 0.0) || !std::isfinite(M(0, 0))) return false;
+      a.M_inverse(0, 0) = 1.0 / M(0, 0);
+    } else {
+      const double determinant = M.determinant();
+      if (!(std::abs(determinant) > 0.0) || !std::isfinite(determinant)) return false;
+      a.M_inverse = M.inverse();
+    }
+    if (has_dynamic_parent) {
+      a.N.topRows<n>().noalias() =
+          a.M_inverse.topLeftCorner<n, n>() * (S.transpose() * a.PT);
+      a.PT.noalias() -= a.G.leftCols<n>() * a.N.topRows<n>();
+    }
+  }
+  if (has_dynamic_parent) {
+    articulated_[body.parent].P.noalias() += TwistMatrix(k.X_PB).transpose() * a.PT;
+  }
+  return true;
+}
+
+// T z_p: the perturbation that the parent's carries into body i.
+Dynamics::Vector18d Dynamics::CarryPerturbation(int i, const Vector18d& z_parent) const {
+  const BodyKinematics& k = kinematics_[i];
+  Vector18d z;
+  z.head<6>() = ShiftTwist(k.X_PB, z_parent.head<6>());
+  z.segment<6>(6) = ShiftTwist(k.X_PB, z_parent.segment<6>(6));
+  z.tail<6>() = ShiftTwist(k.X_PB, z_parent.tail<6>()) - CrossMotion(k.V_joint, z.segment<6>(6));
+  return z;
+}
+
+// Tᵀ bar_z, added to the parent's.
+void Dynamics::PullBackPerturbation(int i, const Vector18d& bar_z, Vector18d* bar_z_parent) const {
+  const BodyKinematics& k = kinematics_[i];
+  bar_z_parent->head<6>() += ShiftWrench(k.X_PB, bar_z.head<6>());
+  bar_z_parent->segment<6>(6) +=
+      ShiftWrench(k.X_PB, bar_z.segment<6>(6) + CrossForce(k.V_joint, bar_z.tail<6>()));
+  bar_z_parent->tail<6>() += ShiftWrench(k.X_PB, bar_z.tail<6>());
+}
+
+void Dynamics::Solve(const VectorXd& rhs, VectorXd* x) {
+  const int count = tree_->size();
+  for (int i = 0; i < count; ++i) b_[i].setZero();
+  // Tips to root: with dF = P z + b and S^T dF = rhs, the joint's own part is y = M⁻¹ (rhs − Sᵀ b).
+  for (int i = count - 1; i >= 0; --i) {
+    if (!dynamic_[i]) continue;
+    const Body& body = tree_->bodies()[i];
+    const Articulated& a = articulated_[i];
+    const int n = CountDof(body.joint);
+    Vector3d y = Vector3d::Zero();
+    if (n > 0) {
+      Vector3d e = Vector3d::Zero();
+      for (int k = 0; k < n; ++k) e(k) = rhs(body.v_start + k) - S_[i].col(k).dot(b_[i]);
+      y = a.M_inverse * e;
+      for (int k = 0; k < n; ++k) (*x)(body.v_start + k) = y(k);
+    }
+    if (body.parent < 0 || !dynamic_[body.parent]) continue;
+    Vector6d passed = b_[i];
+    for (int k = 0; k < n; ++k) passed += a.G.col(k) * y(k);
+    b_[body.parent] += ShiftWrench(kinematics_[i].X_PB, passed);
+  }
+  for (int i = 0; i < count; ++i) {
+    if (!dynamic_[i]) continue;
+    const Body& body = tree_->bodies()[i];
+    const Articulated& a = articulated_[i];
+    const int n = CountDof(body.joint);
+    z_[i].setZero();
+    if (body.parent >= 0 && dynamic_[body.parent]) {
+      z_[i] = CarryPerturbation(i, z_[body.parent]);
+      for (int k = 0; k < n; ++k) (*x)(body.v_start + k) -= a.N.row(k).dot(z_[body.parent]);
+    }
+    for (int k = 0; k < n; ++k) z_[i] += a.U.col(k) * (*x)(body.v_start + k);
+  }
+}
+
+void Dynamics::SolveTransposed(const VectorXd& rhs, VectorXd* x) {
+  // The two passes of Solve, transposed and in the opposite order. z_ and b_ hold the cotangents of z and b.
+  const int count = tree_->size();
+  for (int i = 0; i < count; ++i) z_[i].setZero();
+  for (int i = count - 1; i >= 0; --i) {
+    if (!dynamic_[i]) continue;
+    const Body& body = tree_->bodies()[i];
+    const Articulated& a = articulated_[i];
+    const int n = CountDof(body.joint);
+    // x holds the cotangent of y until the second pass.
+    for (int k = 0; k < n; ++k) (*x)(body.v_start + k) = rhs(body.v_start + k) + a.U.col(k).dot(z_[i]);
+    if (body.parent < 0 || !dynamic_[body.parent]) continue;
+    PullBackPerturbation(i, z_[i], &z_[body.parent]);
+    for (int k = 0; k < n; ++k) z_[body.parent] -= a.N.row(k).transpose() * (*x)(body.v_start + k);
+  }
+  for (int i = 0; i < count; ++i) {
+    if (!dynamic_[i]) continue;
+    const Body& body = tree_->bodies()[i];
+    const Articulated& a = articulated_[i];
+    const int n = CountDof(body.joint);
+    b_[i].setZero();
+    Vector3d bar_y = Vector3d::Zero();
+    for (int k = 0; k < n; ++k) bar_y(k) = (*x)(body.v_start + k);
+    if (body.parent >= 0 && dynamic_[body.parent]) {
+      b_[i] = ShiftTwist(kinematics_[i].X_PB, b_[body.parent]);
+      for (int k = 0; k < n; ++k) bar_y(k) += a.G.col(k).dot(b_[i]);
+    }
+    if (n == 0) continue;
+    const Vector3d bar_rhs = a.M_inverse.transpose() * bar_y;
+    for (int k = 0; k < n; ++k) {
+      (*x)(body.v_start + k) = bar_rhs(k);
+      b_[i] -= S_[i].col(k) * bar_rhs(k);
+    }
+  }
+}
+
+void Dynamics::PullBackResidual(const VectorXd& lambda, JointCotangents* out) {
+  const int count = tree_->size();
+  for (int i = 0; i < count; ++i) {
+    W_[i].setZero();
+    bars_[i] = BodyCotangent{};
+    if (!dynamic_[i]) continue;
+    const Body& body = tree_->bodies()[i];
+    if (body.parent >= 0 && dynamic_[body.parent]) W_[i] = ShiftTwist(kinematics_[i].X_PB, W_[body.parent]);
+    for (int k = 0; k < CountDof(body.joint); ++k) W_[i] += S_[i].col(k) * lambda(body.v_start + k);
+    bars_[i].eta = -external_[i].dF_deta.transpose() * W_[i];
+    bars_[i].V = CalcVelocityJacobian(i).transpose() * W_[i];
+    bars_[i].A = body.M * W_[i];
+  }
+  PullBackKinematics(&bars_, out);
+  for (int i = 0; i < count; ++i) {
+    if (!dynamic_[i]) continue;
+    const Body& body = tree_->bodies()[i];
+    const int n = CountDof(body.joint);
+    for (int k = 0; k < n; ++k) out->v(body.v_start + k) += body.damping * lambda(body.v_start + k);
+    // The joint's turn also turns the subtree's wrench that it passes to the parent.
+    if (body.parent < 0 || !dynamic_[body.parent]) continue;
+    const Vector6d carried = ShiftTwist(kinematics_[i].X_PB, W_[body.parent]);
+    for (int k = 0; k < n; ++k) {
+      out->pose(body.v_start + k) += carried.dot(CrossForce(S_[i].col(k), F_[i]));
+    }
+  }
+}
+
+void Dynamics::PullBackKinematics(std::vector<BodyCotangent>* bodies, JointCotangents* out) const {
+  for (int i = tree_->size() - 1; i >= 0; --i) {
+    if (!dynamic_[i]) continue;
+    const Body& body = tree_->bodies()[i];
+    const BodyKinematics& kin = kinematics_[i];
+    BodyCotangent& bar = (*bodies)[i];
+    const Vector6d bar_V = bar.V + CrossForce(kin.V_joint, bar.A);  // dA_i also falls with −crm(V_joint) dV_i
+    for (int k = 0; k < CountDof(body.joint); ++k) {
+      const Vector6d S = S_[i].col(k);
+      const int row = body.v_start + k;
+      out->vdot(row) = S.dot(bar.A);
+      out->v(row) = S.dot(bar_V) + CrossMotion(kin.V, S).dot(bar.A);
+      out->pose(row) = S.dot(bar.eta) + CrossMotion(kin.V_carried, S).dot(bar_V) +
+                       CrossMotion(kin.A_carried, S).dot(bar.A);
+    }
+    if (body.parent < 0 || !dynamic_[body.parent]) continue;
+    BodyCotangent& parent = (*bodies)[body.parent];
+    parent.eta += ShiftWrench(kin.X_PB, bar.eta);
+    parent.V += ShiftWrench(kin.X_PB, bar_V);
+    parent.A += ShiftWrench(kin.X_PB, bar.A);
+  }
+}
+
+}  // namespace knap

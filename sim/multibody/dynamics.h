@@ -1,0 +1,122 @@
+// Inverse dynamics residual of a tree, its exact linearisation, and both solved in O(bodies).
+//
+// With T_i the twist, A_i its componentwise rate (gravity enters as the acceleration of the world), body i needs the
+// wrench f_i = M A_i + crf(V_i) M V_i − f_ext, its subtree F_i = f_i + Σ_children Xᵀ F_c, and the joint equations are
+//
+//   r_i = S_iᵀ F_i + damping v_i = 0                                                        (nv equations)
+//
+// A perturbation of body i is the 18-vector z = (eta, dV, dA): eta the twist of its pose error in B. It is linear in
+// the parent's and in the joint's own increment, z_i = T z_p + U dxi, because implicit integration makes d = Jr dxi,
+// dv = c_v dxi and dvdot = c_a dxi multiples of one unknown. The subtree's wrench is linear in it, dF_i = P_i z_i + b_i
+// with P_i 6×18, so eliminating the joints from the tips to the root solves the Newton system exactly, as the
+// articulated-body algorithm does for forces [Featherstone 2008, ch. 7]; the transpose of both passes solves the
+// adjoint. Contact with fixed or prescribed bodies enters P through the derivatives of f_ext.
+#pragma once
+
+#include <Eigen/Dense>
+#include <vector>
+
+#include "sim/multibody/tree.h"
+
+namespace knap {
+
+struct BodyKinematics {
+  Pose X_PB;
+  Pose X_WB;
+  Vector6d V_joint = Vector6d::Zero();   // twist of B in F [B]
+  Vector6d V_carried = Vector6d::Zero(); // X V_p
+  Vector6d A_carried = Vector6d::Zero(); // X A_p
+  Vector6d V = Vector6d::Zero();         // V_WB_B
+  Vector6d A = Vector6d::Zero();         // rate of V's components, less gravity
+};
+
+// The wrench on one body from outside, about Bo in B, and its derivatives in the body's own perturbation.
+struct ExternalWrench {
+  Vector6d F = Vector6d::Zero();
+  Matrix6d dF_deta = Matrix6d::Zero();
+  Matrix6d dF_dV = Matrix6d::Zero();
+};
+
+// Joint cotangents: of the pose increment d, the rates v and their derivatives, each of length nv.
+struct JointCotangents {
+  Eigen::VectorXd pose;
+  Eigen::VectorXd v;
+  Eigen::VectorXd vdot;
+};
+
+// Cotangents of one body's perturbation (eta, dV, dA).
+struct BodyCotangent {
+  Vector6d eta = Vector6d::Zero();
+  Vector6d V = Vector6d::Zero();
+  Vector6d A = Vector6d::Zero();
+};
+
+class Dynamics {
+ public:
+  explicit Dynamics(const Tree& tree);
+
+  const Tree& tree() const { return *tree_; }
+
+  // Poses, twists and accelerations of all bodies at one time. No allocation.
+  void CalcKinematics(const Eigen::VectorXd& q, const Eigen::VectorXd& v, const Eigen::VectorXd& vdot, double time);
+  const std::vector<BodyKinematics>& kinematics() const { return kinematics_; }
+
+  // To be filled by the caller after CalcKinematics; one for each body.
+  std::vector<ExternalWrench>& external() { return external_; }
+
+  // r, and for each row the sum of the magnitudes of its terms, against which the residual is judged.
+  void CalcResidual(const Eigen::VectorXd& v, Eigen::VectorXd* r, Eigen::VectorXd* magnitude);
+
+  // Linearises at the current kinematics and external wrenches. xi is the pose increment over the step, c_v = dv/dxi,
+  // c_a = dvdot/dxi [1/s, 1/s²]. Needs CalcResidual before. False when a joint's pivot is singular or not finite.
+  bool Factor(const Eigen::VectorXd& xi, double c_v, double c_a);
+
+  // J x = rhs, with J = dr/dxi of the last Factor.
+  void Solve(const Eigen::VectorXd& rhs, Eigen::VectorXd* x);
+  // Jᵀ x = rhs.
+  void SolveTransposed(const Eigen::VectorXd& rhs, Eigen::VectorXd* x);
+
+  // Cotangents of lambdaᵀ r in the joint quantities; leaves in virtual_twists() the twist W_i that lambda gives body i,
+  // so that −W_i is the cotangent of the external wrench on it. Needs CalcResidual before.
+  void PullBackResidual(const Eigen::VectorXd& lambda, JointCotangents* out);
+  const std::vector<Vector6d>& virtual_twists() const { return W_; }
+
+  // Joint cotangents of given body cotangents; bodies is overwritten.
+  void PullBackKinematics(std::vector<BodyCotangent>* bodies, JointCotangents* out) const;
+
+ private:
+  using Matrix6x18 = Eigen::Matrix<double, 6, 18>;
+  using Matrix18x3 = Eigen::Matrix<double, 18, 3>;
+  using Matrix6x3 = Eigen::Matrix<double, 6, 3>;
+  using Vector18d = Eigen::Matrix<double, 18, 1>;
+
+  struct Articulated {
+    Matrix6x18 P;
+    Matrix6x18 PT;
+    Matrix18x3 U;
+    Matrix6x3 G;              // P U + the turning of the subtree's own wrench with the joint
+    Eigen::Matrix3d M_inverse;
+    Eigen::Matrix<double, 3, 18> N;  // M⁻¹ Sᵀ P T
+  };
+
+  template <int n>
+  bool FactorJoint(int i, const Eigen::VectorXd& xi, double c_v, double c_a);
+  Matrix6d CalcVelocityJacobian(int i) const;
+  Vector18d CarryPerturbation(int i, const Vector18d& z_parent) const;
+  void PullBackPerturbation(int i, const Vector18d& bar_z, Vector18d* bar_z_parent) const;
+
+  const Tree* tree_;
+  std::vector<bool> dynamic_;
+  std::vector<Eigen::Matrix<double, 6, 3>> S_;
+  std::vector<BodyKinematics> kinematics_;
+  std::vector<ExternalWrench> external_;
+  std::vector<Vector6d> F_;
+  std::vector<Vector6d> F_magnitude_;
+  std::vector<Articulated> articulated_;
+  std::vector<Vector6d> b_;
+  std::vector<Vector18d> z_;
+  std::vector<Vector6d> W_;
+  std::vector<BodyCotangent> bars_;
+};
+
+}  // namespace knap

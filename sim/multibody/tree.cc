@@ -1,0 +1,76 @@
+#include "sim/multibody/tree.h"
+
+#include <utility>
+
+#include "sim/math/check.h"
+
+namespace knap {
+
+Matrix6d MakeSpatialInertia(double mass, const Eigen::Vector3d& p_BoBcm_B, const Eigen::Matrix3d& I_BBcm_B) {
+  const Eigen::Matrix3d c = Skew(p_BoBcm_B);
+  Matrix6d M;
+  M.topLeftCorner<3, 3>() = I_BBcm_B + mass * c * c.transpose();
+  M.topRightCorner<3, 3>() = mass * c;
+  M.bottomLeftCorner<3, 3>() = -mass * c;
+  M.bottomRightCorner<3, 3>() = mass * Eigen::Matrix3d::Identity();
+  return M;
+}
+
+int CountDof(JointKind joint) {
+  switch (joint) {
+    case JointKind::kFixed:
+    case JointKind::kPrescribed:
+      return 0;
+    case JointKind::kRevolute:
+    case JointKind::kPrismatic:
+      return 1;
+    case JointKind::kTranslation:
+    case JointKind::kBall:
+      return 3;
+  }
+  KNAP_CHECK(false, "unknown joint kind {}", static_cast<int>(joint));
+  return 0;
+}
+
+int Tree::AddBody(Body body) {
+  KNAP_CHECK(body.parent >= -1 && body.parent < size(), "body {} has parent {} of {}", body.name, body.parent, size());
+  KNAP_CHECK(body.joint != JointKind::kPrescribed || body.motion, "body {} has no motion", body.name);
+  body.q_start = nq_;
+  body.v_start = nv_;
+  nq_ += body.joint == JointKind::kBall ? 4 : CountDof(body.joint);
+  nv_ += CountDof(body.joint);
+  bodies_.push_back(std::move(body));
+  return size() - 1;
+}
+
+Eigen::VectorXd Tree::MakeDefaultPositions() const {
+  Eigen::VectorXd q = Eigen::VectorXd::Zero(nq_);
+  for (const Body& body : bodies_) {
+    if (body.joint == JointKind::kBall) q(body.q_start + 3) = 1.0;  // Eigen stores x, y, z, w
+  }
+  return q;
+}
+
+void Tree::AddIncrement(const Eigen::VectorXd& q, const Eigen::VectorXd& xi, Eigen::VectorXd* result) const {
+  for (const Body& body : bodies_) {
+    if (body.joint == JointKind::kBall) {
+      const Eigen::Quaterniond old(q.segment<4>(body.q_start));
+      Eigen::Quaterniond next = old * ExpSo3(xi.segment<3>(body.v_start));
+      next.normalize();
+      result->segment<4>(body.q_start) = next.coeffs();
+    } else {
+      for (int k = 0; k < CountDof(body.joint); ++k) {
+        (*result)(body.q_start + k) = q(body.q_start + k) + xi(body.v_start + k);
+      }
+    }
+  }
+}
+
+bool Tree::IsDynamic(int body) const {
+  for (int i = body; i >= 0; i = bodies_[i].parent) {
+    if (CountDof(bodies_[i].joint) > 0) return true;
+  }
+  return false;
+}
+
+}  // namespace knap
