@@ -24,24 +24,24 @@ Dynamics::Dynamics(const Tree& tree) : tree_(&tree) {
   S_.resize(n);
   dynamic_.resize(n);
   for (int i = 0; i < n; ++i) {
-    const Body& body = tree.bodies()[i];
+    const TreeBody& body = tree.bodies()[i];
     dynamic_[i] = tree.IsDynamic(i);
     S_[i].setZero();
     switch (body.joint) {
-      case JointKind::kRevolute:
+      case JointType::kRevolute:
         S_[i].col(0).head<3>() = body.axis;
         break;
-      case JointKind::kPrismatic:
+      case JointType::kPrismatic:
         S_[i].col(0).tail<3>() = body.axis;
         break;
-      case JointKind::kTranslation:
+      case JointType::kTranslation:
         S_[i].bottomRows<3>().setIdentity();
         break;
-      case JointKind::kBall:
+      case JointType::kBall:
         S_[i].topRows<3>().setIdentity();
         break;
-      case JointKind::kFixed:
-      case JointKind::kPrescribed:
+      case JointType::kFixed:
+      case JointType::kPrescribed:
         break;
     }
   }
@@ -51,37 +51,37 @@ void Dynamics::CalcKinematics(const VectorXd& q, const VectorXd& v, const Vector
   Vector6d A_world = Vector6d::Zero();
   A_world.tail<3>() = -tree_->gravity;
   for (int i = 0; i < tree_->size(); ++i) {
-    const Body& body = tree_->bodies()[i];
+    const TreeBody& body = tree_->bodies()[i];
     BodyKinematics& k = kinematics_[i];
     Vector6d A_joint = Vector6d::Zero();
     Pose X_FB;
     k.V_joint.setZero();
     switch (body.joint) {
-      case JointKind::kFixed:
+      case JointType::kFixed:
         break;
-      case JointKind::kPrescribed: {
+      case JointType::kPrescribed: {
         const PrescribedState state = body.motion(time);
         X_FB = state.X_FB;
         k.V_joint = state.V;
         A_joint = state.A;
         break;
       }
-      case JointKind::kRevolute:
+      case JointType::kRevolute:
         X_FB.R = Eigen::AngleAxisd(q(body.q_start), body.axis).toRotationMatrix();
         k.V_joint.head<3>() = body.axis * v(body.v_start);
         A_joint.head<3>() = body.axis * vdot(body.v_start);
         break;
-      case JointKind::kPrismatic:
+      case JointType::kPrismatic:
         X_FB.p = body.axis * q(body.q_start);
         k.V_joint.tail<3>() = body.axis * v(body.v_start);
         A_joint.tail<3>() = body.axis * vdot(body.v_start);
         break;
-      case JointKind::kTranslation:
+      case JointType::kTranslation:
         X_FB.p = q.segment<3>(body.q_start);
         k.V_joint.tail<3>() = v.segment<3>(body.v_start);
         A_joint.tail<3>() = vdot.segment<3>(body.v_start);
         break;
-      case JointKind::kBall:
+      case JointType::kBall:
         X_FB.R = Eigen::Quaterniond(q.segment<4>(body.q_start)).toRotationMatrix();
         k.V_joint.head<3>() = v.segment<3>(body.v_start);
         A_joint.head<3>() = vdot.segment<3>(body.v_start);
@@ -117,7 +117,7 @@ void Dynamics::CalcResidual(const VectorXd& v, VectorXd* r, VectorXd* magnitude)
   }
   for (int i = tree_->size() - 1; i >= 0; --i) {
     if (!dynamic_[i]) continue;
-    const Body& body = tree_->bodies()[i];
+    const TreeBody& body = tree_->bodies()[i];
     for (int k = 0; k < CountDof(body.joint); ++k) {
       const int row = body.v_start + k;
       const double damping = body.damping * v(row);
@@ -170,7 +170,7 @@ bool Dynamics::Factor(const VectorXd& xi, double c_v, double c_a) {
 
 template <int n>
 bool Dynamics::FactorJoint(int i, const VectorXd& xi, double c_v, double c_a) {
-  const Body& body = tree_->bodies()[i];
+  const TreeBody& body = tree_->bodies()[i];
   const BodyKinematics& k = kinematics_[i];
   Articulated& a = articulated_[i];
   const bool has_dynamic_parent = body.parent >= 0 && dynamic_[body.parent];
@@ -186,7 +186,7 @@ bool Dynamics::FactorJoint(int i, const VectorXd& xi, double c_v, double c_a) {
   if constexpr (n > 0) {
     const Eigen::Matrix<double, 6, n> S = S_[i].leftCols<n>();
     Eigen::Matrix<double, 6, n> S_pose = S;  // S Jr
-    if (body.joint == JointKind::kBall) {
+    if (body.joint == JointType::kBall) {
       if constexpr (n == 3) S_pose.template topRows<3>() = RightJacobianSo3(xi.segment<3>(body.v_start));
     }
     const Eigen::Matrix<double, 6, n> U_V = c_v * S + CrossMotionMatrix(k.V_carried) * S_pose;
@@ -244,7 +244,7 @@ void Dynamics::Solve(const VectorXd& rhs, VectorXd* x) {
   // Tips to root: with dF = P z + b and S^T dF = rhs, the joint's own part is y = M⁻¹ (rhs − Sᵀ b).
   for (int i = count - 1; i >= 0; --i) {
     if (!dynamic_[i]) continue;
-    const Body& body = tree_->bodies()[i];
+    const TreeBody& body = tree_->bodies()[i];
     const Articulated& a = articulated_[i];
     const int n = CountDof(body.joint);
     Vector3d y = Vector3d::Zero();
@@ -261,7 +261,7 @@ void Dynamics::Solve(const VectorXd& rhs, VectorXd* x) {
   }
   for (int i = 0; i < count; ++i) {
     if (!dynamic_[i]) continue;
-    const Body& body = tree_->bodies()[i];
+    const TreeBody& body = tree_->bodies()[i];
     const Articulated& a = articulated_[i];
     const int n = CountDof(body.joint);
     z_[i].setZero();
@@ -279,7 +279,7 @@ void Dynamics::SolveTransposed(const VectorXd& rhs, VectorXd* x) {
   for (int i = 0; i < count; ++i) z_[i].setZero();
   for (int i = count - 1; i >= 0; --i) {
     if (!dynamic_[i]) continue;
-    const Body& body = tree_->bodies()[i];
+    const TreeBody& body = tree_->bodies()[i];
     const Articulated& a = articulated_[i];
     const int n = CountDof(body.joint);
     // x holds the cotangent of y until the second pass.
@@ -290,7 +290,7 @@ void Dynamics::SolveTransposed(const VectorXd& rhs, VectorXd* x) {
   }
   for (int i = 0; i < count; ++i) {
     if (!dynamic_[i]) continue;
-    const Body& body = tree_->bodies()[i];
+    const TreeBody& body = tree_->bodies()[i];
     const Articulated& a = articulated_[i];
     const int n = CountDof(body.joint);
     b_[i].setZero();
@@ -315,7 +315,7 @@ void Dynamics::PullBackResidual(const VectorXd& lambda, JointCotangents* out) {
     W_[i].setZero();
     bars_[i] = BodyCotangent{};
     if (!dynamic_[i]) continue;
-    const Body& body = tree_->bodies()[i];
+    const TreeBody& body = tree_->bodies()[i];
     if (body.parent >= 0 && dynamic_[body.parent]) W_[i] = ShiftTwist(kinematics_[i].X_PB, W_[body.parent]);
     for (int k = 0; k < CountDof(body.joint); ++k) W_[i] += S_[i].col(k) * lambda(body.v_start + k);
     bars_[i].eta = -external_[i].dF_deta.transpose() * W_[i];
@@ -325,7 +325,7 @@ void Dynamics::PullBackResidual(const VectorXd& lambda, JointCotangents* out) {
   PullBackKinematics(&bars_, out);
   for (int i = 0; i < count; ++i) {
     if (!dynamic_[i]) continue;
-    const Body& body = tree_->bodies()[i];
+    const TreeBody& body = tree_->bodies()[i];
     const int n = CountDof(body.joint);
     for (int k = 0; k < n; ++k) out->v(body.v_start + k) += body.damping * lambda(body.v_start + k);
     // The joint's turn also turns the subtree's wrench that it passes to the parent.
@@ -340,7 +340,7 @@ void Dynamics::PullBackResidual(const VectorXd& lambda, JointCotangents* out) {
 void Dynamics::PullBackKinematics(std::vector<BodyCotangent>* bodies, JointCotangents* out) const {
   for (int i = tree_->size() - 1; i >= 0; --i) {
     if (!dynamic_[i]) continue;
-    const Body& body = tree_->bodies()[i];
+    const TreeBody& body = tree_->bodies()[i];
     const BodyKinematics& kin = kinematics_[i];
     BodyCotangent& bar = (*bodies)[i];
     const Vector6d bar_V = bar.V + CrossForce(kin.V_joint, bar.A);  // dA_i also falls with −crm(V_joint) dV_i

@@ -16,28 +16,28 @@ Matrix6d MakeSpatialInertia(double mass, const Eigen::Vector3d& p_BoBcm_B, const
   return M;
 }
 
-int CountDof(JointKind joint) {
+int CountDof(JointType joint) {
   switch (joint) {
-    case JointKind::kFixed:
-    case JointKind::kPrescribed:
+    case JointType::kFixed:
+    case JointType::kPrescribed:
       return 0;
-    case JointKind::kRevolute:
-    case JointKind::kPrismatic:
+    case JointType::kRevolute:
+    case JointType::kPrismatic:
       return 1;
-    case JointKind::kTranslation:
-    case JointKind::kBall:
+    case JointType::kTranslation:
+    case JointType::kBall:
       return 3;
   }
   KNAP_CHECK(false, "unknown joint kind {}", static_cast<int>(joint));
   return 0;
 }
 
-int Tree::AddBody(Body body) {
+int Tree::AddBody(TreeBody body) {
   KNAP_CHECK(body.parent >= -1 && body.parent < size(), "body {} has parent {} of {}", body.name, body.parent, size());
-  KNAP_CHECK(body.joint != JointKind::kPrescribed || body.motion, "body {} has no motion", body.name);
+  KNAP_CHECK(body.joint != JointType::kPrescribed || body.motion, "body {} has no motion", body.name);
   body.q_start = nq_;
   body.v_start = nv_;
-  nq_ += body.joint == JointKind::kBall ? 4 : CountDof(body.joint);
+  nq_ += body.joint == JointType::kBall ? 4 : CountDof(body.joint);
   nv_ += CountDof(body.joint);
   bodies_.push_back(std::move(body));
   return size() - 1;
@@ -45,15 +45,15 @@ int Tree::AddBody(Body body) {
 
 Eigen::VectorXd Tree::MakeDefaultPositions() const {
   Eigen::VectorXd q = Eigen::VectorXd::Zero(nq_);
-  for (const Body& body : bodies_) {
-    if (body.joint == JointKind::kBall) q(body.q_start + 3) = 1.0;  // Eigen stores x, y, z, w
+  for (const TreeBody& body : bodies_) {
+    if (body.joint == JointType::kBall) q(body.q_start + 3) = 1.0;  // Eigen stores x, y, z, w
   }
   return q;
 }
 
 void Tree::AddIncrement(const Eigen::VectorXd& q, const Eigen::VectorXd& xi, Eigen::VectorXd* result) const {
-  for (const Body& body : bodies_) {
-    if (body.joint == JointKind::kBall) {
+  for (const TreeBody& body : bodies_) {
+    if (body.joint == JointType::kBall) {
       const Eigen::Quaterniond old(q.segment<4>(body.q_start));
       Eigen::Quaterniond next = old * ExpSo3(xi.segment<3>(body.v_start));
       next.normalize();

@@ -24,7 +24,7 @@
 
 namespace knap {
 
-enum class JointKind { kFixed, kPrescribed, kRevolute, kPrismatic, kTranslation, kBall };
+enum class JointType { kFixed, kPrescribed, kRevolute, kPrismatic, kTranslation, kBall };
 
 // The motion of a prescribed joint at one time, in its moving frame.
 struct PrescribedState {
@@ -37,10 +37,10 @@ using PrescribedMotion = std::function<PrescribedState(double time)>;
 // Spatial inertia about Bo in B: [I, m [c]×; −m [c]×, m 1] for a centre of mass c and rotational inertia I about Bo.
 Matrix6d MakeSpatialInertia(double mass, const Eigen::Vector3d& p_BoBcm_B, const Eigen::Matrix3d& I_BBcm_B);
 
-struct Body {
+struct TreeBody {
   std::string name;
   int parent = -1;  // index of an earlier body, −1 the world
-  JointKind joint = JointKind::kFixed;
+  JointType joint = JointType::kFixed;
   Pose X_PF;
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  // unit; revolute and prismatic
   double damping = 0.0;                             // joint force −damping · v [N m s/rad, N s/m]
@@ -53,9 +53,9 @@ struct Body {
 class Tree {
  public:
   // Returns the body's index. The parent must exist.
-  int AddBody(Body body);
+  int AddBody(TreeBody body);
 
-  const std::vector<Body>& bodies() const { return bodies_; }
+  const std::vector<TreeBody>& bodies() const { return bodies_; }
   int size() const { return static_cast<int>(bodies_.size()); }
   int nq() const { return nq_; }
   int nv() const { return nv_; }
@@ -71,12 +71,12 @@ class Tree {
   bool IsDynamic(int body) const;
 
  private:
-  std::vector<Body> bodies_;
+  std::vector<TreeBody> bodies_;
   int nq_ = 0;
   int nv_ = 0;
 };
 
 // Number of degrees of freedom of a joint.
-int CountDof(JointKind joint);
+int CountDof(JointType joint);
 
 }  // namespace knap

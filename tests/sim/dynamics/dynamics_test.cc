@@ -18,12 +18,12 @@ class RandomTree {
   explicit RandomTree(std::uint64_t seed) : generator_(seed) {
     const int count = 3 + static_cast<int>(generator_() % 5);
     for (int i = 0; i < count; ++i) {
-      Body body;
+      TreeBody body;
       body.parent = i == 0 ? -1 : static_cast<int>(generator_() % (i + 1)) - 1;
-      const JointKind kinds[] = {JointKind::kRevolute, JointKind::kPrismatic,  JointKind::kTranslation,
-                                 JointKind::kBall,     JointKind::kPrescribed, JointKind::kFixed};
+      const JointType kinds[] = {JointType::kRevolute, JointType::kPrismatic,  JointType::kTranslation,
+                                 JointType::kBall,     JointType::kPrescribed, JointType::kFixed};
       body.joint = kinds[generator_() % 6];
-      if (i == 0) body.joint = JointKind::kBall;
+      if (i == 0) body.joint = JointType::kBall;
       body.X_PF = {ExpSo3(Vec()).toRotationMatrix(), Vec()};
       body.axis = Vec().normalized();
       body.damping = 0.3 * (1.0 + U());

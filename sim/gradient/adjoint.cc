@@ -1,0 +1,112 @@
+#include "sim/gradient/adjoint.h"
+
+#include "sim/math/check.h"
+
+namespace knap {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+namespace {
+
+// Exp(xi) on each joint's tangent: the transpose of how an earlier pose error is seen after the increment.
+void RotateBack(const Tree& tree, const VectorXd& xi, VectorXd* tangent) {
+  for (const TreeBody& body : tree.bodies()) {
+    if (body.joint != JointType::kBall) continue;
+    const Vector3d turned = ExpSo3(xi.segment<3>(body.v_start)) * tangent->segment<3>(body.v_start);
+    tangent->segment<3>(body.v_start) = turned;
+  }
+}
+
+void AddRightJacobianTransposed(const Tree& tree, const VectorXd& xi, const VectorXd& pose, VectorXd* g) {
+  for (const TreeBody& body : tree.bodies()) {
+    const int n = CountDof(body.joint);
+    if (body.joint == JointType::kBall) {
+      const Matrix3d Jr = RightJacobianSo3(xi.segment<3>(body.v_start));
+      g->segment<3>(body.v_start) += Jr.transpose() * pose.segment<3>(body.v_start);
+    } else {
+      for (int k = 0; k < n; ++k) (*g)(body.v_start + k) += pose(body.v_start + k);
+    }
+  }
+}
+
+}  // namespace
+
+TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<StateCotangent>& cotangents,
+                                Dynamics* dynamics, ContactModel* contacts) {
+  KNAP_CHECK(trajectory.certificate.converged, "adjoint of a trajectory that did not converge");
+  const Tree& tree = dynamics->tree();
+  const int nv = tree.nv();
+  TrajectoryGradient out;
+  for (const SphereContact& contact : contacts->contacts()) {
+    out.vertices.push_back(Eigen::Matrix3Xd::Zero(3, contact.mesh ? contact.mesh->vertex_count() : 0));
+  }
+  // Of state k; `before` of k−1.
+  VectorXd bar_pose = VectorXd::Zero(nv);
+  VectorXd bar_xi = VectorXd::Zero(nv);
+  VectorXd bar_v = VectorXd::Zero(nv);
+  VectorXd bar_v_before = VectorXd::Zero(nv);
+  VectorXd g(nv);
+  VectorXd lambda(nv);
+  VectorXd q(tree.nq());
+  VectorXd v(nv);
+  VectorXd vdot(nv);
+  VectorXd xi(nv);
+  VectorXd r(nv);
+  VectorXd magnitude(nv);
+  JointCotangents by_residual{VectorXd::Zero(nv), VectorXd::Zero(nv), VectorXd::Zero(nv)};
+  JointCotangents by_loss = by_residual;
+  std::vector<BodyCotangent> bodies(tree.size());
+  auto next = cotangents.rbegin();
+
+  for (int k = trajectory.size() - 1; k >= 0; --k) {
+    q = trajectory.q(k);
+    v = trajectory.v(k);
+    vdot = trajectory.vdot(k);
+    xi = trajectory.xi(k);
+    dynamics->CalcKinematics(q, v, vdot, trajectory.time(k));
+    if (next != cotangents.rend() && next->state == k) {
+      for (BodyCotangent& b : bodies) b = BodyCotangent{};
+      for (; next != cotangents.rend() && next->state == k; ++next) {
+        const BodyKinematics& kin = dynamics->kinematics()[next->body];
+        BodyCotangent& b = bodies[next->body];
+        const Vector3d bar_v_B = kin.X_WB.R.transpose() * next->v_W;
+        b.eta.tail<3>() += kin.X_WB.R.transpose() * next->p_W;
+        b.eta.head<3>() += kin.V.tail<3>().cross(bar_v_B);
+        b.V.tail<3>() += bar_v_B;
+      }
+      dynamics->PullBackKinematics(&bodies, &by_loss);
+      bar_pose += by_loss.pose;
+      bar_v += by_loss.v;
+    }
+    if (k == 0) break;
+
+    const BdfCoefficients& c = trajectory.coefficients(k);
+    contacts->AddWrenches(dynamics, true);
+    dynamics->CalcResidual(v, &r, &magnitude);
+    if (!dynamics->Factor(xi, c.c_v, c.g0 * c.c_v)) {
+      out.solvable = false;
+      break;
+    }
+    g = bar_xi + c.c_v * bar_v;
+    AddRightJacobianTransposed(tree, xi, bar_pose, &g);
+    dynamics->SolveTransposed(g, &lambda);
+    dynamics->PullBackResidual(lambda, &by_residual);
+    // r = … − f_ext, and the step's equation contributes −lambdaᵀ dr: the wrench's cotangent is +W.
+    contacts->PullBackVertices(*dynamics, dynamics->virtual_twists(), &out.vertices);
+
+    bar_pose -= by_residual.pose;
+    RotateBack(tree, xi, &bar_pose);
+    bar_xi = -c.alpha * c.c_v * (bar_v - by_residual.v - c.g0 * by_residual.vdot);
+    bar_v = bar_v_before - c.g1 * by_residual.vdot;
+    bar_v_before = -c.g2 * by_residual.vdot;
+  }
+  out.pose0 = bar_pose;
+  out.v0 = bar_v;
+  out.finite = out.pose0.allFinite() && out.v0.allFinite();
+  for (const Eigen::Matrix3Xd& vertices : out.vertices) out.finite = out.finite && vertices.allFinite();
+  return out;
+}
+
+}  // namespace knap

@@ -1,0 +1,42 @@
+// The exact derivative of the discrete trajectory, in one sweep from its end to its start.
+//
+// With lambda = J⁻ᵀ g the multiplier of the step into state k, g collecting all that depends on its increment xi_k, the
+// step's equation r(pose_k, v_k, vdot_k, parameters) = 0 hands cotangents on to earlier states and to the parameters:
+//
+//   g = bar_xi_k + Jrᵀ bar_pose_k + c_v bar_v_k           pose_k = Exp(−xi) pose_{k−1} + Jr xi   (tangents)
+//   (p, w, a) = ∂(lambdaᵀ r)/∂(pose, v, vdot)
+//   bar_pose_{k−1} += Exp(xi)(bar_pose_k − p)             bar_xi_{k−1} −= alpha c_v (bar_v_k − w − g0 a)
+//   bar_v_{k−1} −= g1 a,   bar_v_{k−2} −= g2 a            bar_wrench = + W(lambda)
+//
+// One factorisation and one pull-back a step, whatever the number of parameters.
+#pragma once
+
+#include <Eigen/Dense>
+#include <vector>
+
+#include "sim/contact/contact_model.h"
+#include "sim/integrators/simulate.h"
+
+namespace knap {
+
+// Cotangents that a loss puts on one body at one state of a trajectory.
+struct StateCotangent {
+  int state = 0;
+  int body = 0;
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  // of p_WBo_W
+  Eigen::Vector3d v_W = Eigen::Vector3d::Zero();  // of v_WBo_W
+};
+
+struct TrajectoryGradient {
+  bool finite = true;
+  bool solvable = true;          // every step's matrix could be factored
+  Eigen::VectorXd pose0;         // of the initial pose, tangent [per m, per rad]
+  Eigen::VectorXd v0;            // of the initial rates
+  std::vector<Eigen::Matrix3Xd> vertices;  // for each contact: of its mesh's vertices, empty for half-spaces
+};
+
+// `cotangents` sorted by state, ascending. The trajectory must have converged.
+TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<StateCotangent>& cotangents,
+                                Dynamics* dynamics, ContactModel* contacts);
+
+}  // namespace knap

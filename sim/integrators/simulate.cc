@@ -1,0 +1,157 @@
+#include "sim/integrators/simulate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace knap {
+
+using Eigen::VectorXd;
+
+void Trajectory::Reserve(int states) {
+  times_.reserve(states);
+  q_.reserve(static_cast<std::size_t>(states) * nq_);
+  v_.reserve(static_cast<std::size_t>(states) * nv_);
+  xi_.reserve(static_cast<std::size_t>(states) * nv_);
+  vdot_.reserve(static_cast<std::size_t>(states) * nv_);
+  coefficients_.reserve(states);
+  state_of_step_.reserve(states);
+}
+
+void Trajectory::Append(double time, const BdfCoefficients& c, const VectorXd& q, const VectorXd& v,
+                        const VectorXd& xi, const VectorXd& vdot) {
+  times_.push_back(time);
+  coefficients_.push_back(c);
+  q_.insert(q_.end(), q.data(), q.data() + nq_);
+  v_.insert(v_.end(), v.data(), v.data() + nv_);
+  xi_.insert(xi_.end(), xi.data(), xi.data() + nv_);
+  vdot_.insert(vdot_.end(), vdot.data(), vdot.data() + nv_);
+}
+
+void CalcRates(const BdfCoefficients& c, const Eigen::Ref<const VectorXd>& xi,
+               const Eigen::Ref<const VectorXd>& xi_previous, const Eigen::Ref<const VectorXd>& v_now,
+               const Eigen::Ref<const VectorXd>& v_before, VectorXd* v, VectorXd* vdot) {
+  *v = c.c_v * (xi - c.alpha * xi_previous);
+  *vdot = c.g0 * *v + c.g1 * v_now + c.g2 * v_before;
+}
+
+Simulator::Simulator(Dynamics* dynamics, ContactModel* contacts) : dynamics_(dynamics), contacts_(contacts) {
+  const Tree& tree = dynamics->tree();
+  q_.setZero(tree.nq());
+  for (VectorXd* x : {&v_, &xi_, &xi_trial_, &vdot_, &r_, &magnitude_, &scale_, &dx_, &zero_}) x->setZero(tree.nv());
+  joint_of_row_.resize(tree.nv());
+  for (int i = 0; i < tree.size(); ++i) {
+    const TreeBody& body = tree.bodies()[i];
+    for (int k = 0; k < CountDof(body.joint); ++k) joint_of_row_[body.v_start + k] = body.v_start;
+  }
+}
+
+Trajectory Simulator::Run(const VectorXd& q0, const VectorXd& v0, const SimulationOptions& options) {
+  const Tree& tree = dynamics_->tree();
+  Trajectory trajectory(tree.nq(), tree.nv());
+  trajectory.Reserve(options.steps + 1);
+  trajectory.Append(0.0, BdfCoefficients{}, q0, v0, zero_, zero_);
+  trajectory.state_of_step_.push_back(0);
+  dynamics_->CalcKinematics(q0, v0, zero_, 0.0);
+  contacts_->AddWrenches(dynamics_, false);
+  was_active_.assign(contacts_->contacts().size(), false);
+  CountOnsets(&trajectory);
+  trajectory.certificate.contact_onsets = 0;  // what touches from the start has no onset
+  for (int n = 0; n < options.steps; ++n) {
+    const int states_before = trajectory.size();
+    // Times are multiples of the step, not sums, so that they do not drift.
+    const double time = n * options.step;
+    if (!Advance(time, options.step, 0, options, &trajectory)) {
+      trajectory.certificate.converged = false;
+      break;
+    }
+    if (trajectory.size() > states_before + 1) ++trajectory.certificate.subdivided_steps;
+    trajectory.state_of_step_.push_back(trajectory.size() - 1);
+    if (options.progress && n % 256 == 0) options.progress(n);
+  }
+  return trajectory;
+}
+
+bool Simulator::Advance(double time, double h, int depth, const SimulationOptions& options, Trajectory* trajectory) {
+  const int k = trajectory->size() - 1;
+  const bool second_order = options.order == 2 && depth == 0 && k > 0 && trajectory->coefficients(k).h == h;
+  const BdfCoefficients c = second_order ? BdfCoefficients::Bdf2(h) : BdfCoefficients::Bdf1(h);
+  if (SolveStep(time, c, options, trajectory)) return true;
+  if (depth == kMaxSubdivisions) return false;
+  const double half = 0.5 * h;
+  return Advance(time, half, depth + 1, options, trajectory) &&
+         Advance(time + half, half, depth + 1, options, trajectory);
+}
+
+// Residual at xi_trial_; leaves q_, v_, vdot_, r_, scale_. Returns the scaled residual.
+double Simulator::Evaluate(double time, const BdfCoefficients& c, const Trajectory& trajectory, bool want_jacobian) {
+  const int k = trajectory.size() - 1;
+  const int before = std::max(k - 1, 0);
+  CalcRates(c, xi_trial_, trajectory.xi(k), trajectory.v(k), trajectory.v(before), &v_, &vdot_);
+  dynamics_->tree().AddIncrement(trajectory.q(k), xi_trial_, &q_);
+  dynamics_->CalcKinematics(q_, v_, vdot_, time + c.h);
+  contacts_->AddWrenches(dynamics_, want_jacobian);
+  dynamics_->CalcResidual(v_, &r_, &magnitude_);
+  scale_.setZero();
+  for (Eigen::Index row = 0; row < r_.size(); ++row) {
+    double& joint_scale = scale_(joint_of_row_[row]);
+    joint_scale = std::max(joint_scale, magnitude_(row));
+  }
+  double worst = 0.0;
+  for (Eigen::Index row = 0; row < r_.size(); ++row) {
+    scale_(row) = scale_(joint_of_row_[row]);
+    if (!std::isfinite(r_(row))) return std::numeric_limits<double>::infinity();
+    if (r_(row) != 0.0) worst = std::max(worst, std::abs(r_(row)) / scale_(row));
+  }
+  return worst;
+}
+
+bool Simulator::SolveStep(double time, const BdfCoefficients& c, const SimulationOptions& options,
+                          Trajectory* trajectory) {
+  const int k = trajectory->size() - 1;
+  // Start where constant acceleration would lead.
+  xi_trial_ = c.alpha * trajectory->xi(k) + (trajectory->v(k) + c.h * trajectory->vdot(k)) / c.c_v;
+  double scaled = Evaluate(time, c, *trajectory, true);
+  const auto merit = [&](const VectorXd& scale) {
+    double sum = 0.0;
+    for (Eigen::Index row = 0; row < r_.size(); ++row) {
+      if (r_(row) != 0.0) sum += std::pow(r_(row) / scale(row), 2);
+    }
+    return sum;
+  };
+  for (int iteration = 0;; ++iteration) {
+    if (!std::isfinite(scaled)) return false;
+    if (scaled <= options.newton_tolerance) break;
+    if (iteration == options.newton_max_iterations) return false;
+    ++trajectory->certificate.newton_iterations;
+    xi_ = xi_trial_;
+    if (!dynamics_->Factor(xi_, c.c_v, c.g0 * c.c_v)) return false;
+    dynamics_->Solve(r_, &dx_);
+    const VectorXd scale = scale_;
+    const double merit_now = merit(scale);
+    double length = 1.0;
+    while (true) {
+      xi_trial_ = xi_ - length * dx_;
+      scaled = Evaluate(time, c, *trajectory, true);
+      if (scaled <= options.newton_tolerance) break;
+      if (std::isfinite(scaled) && merit(scale) <= (1.0 - 1e-4 * length) * merit_now) break;
+      length *= 0.5;
+      if (length < 1e-4) return false;
+    }
+  }
+  trajectory->certificate.worst_residual = std::max(trajectory->certificate.worst_residual, scaled);
+  trajectory->Append(time + c.h, c, q_, v_, xi_trial_, vdot_);
+  CountOnsets(trajectory);
+  if (observer) observer(time + c.h);
+  return true;
+}
+
+void Simulator::CountOnsets(Trajectory* trajectory) {
+  for (std::size_t i = 0; i < was_active_.size(); ++i) {
+    const bool active = contacts_->reports()[i].active;
+    if (active && !was_active_[i]) ++trajectory->certificate.contact_onsets;
+    was_active_[i] = active;
+  }
+}
+
+}  // namespace knap
