@@ -1,0 +1,150 @@
+#include "sim/geometry/triangle_mesh.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace knap {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3i;
+
+// Twice the area of a triangle whose area counts as none, as a fraction of its longest edge squared.
+constexpr double kDegenerateArea = 2e-12;
+
+// One use of an edge by a triangle; `forward` when the triangle runs from low to high.
+struct EdgeUse {
+  int low;
+  int high;
+  bool forward;
+};
+
+bool HasRepeatedCorner(const Vector3i& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; }
+
+bool IsDegenerate(const TriangleMesh& mesh, const Vector3i& t) {
+  if (HasRepeatedCorner(t)) return true;
+  const Vector3d& a = mesh.vertices[t[0]];
+  const Vector3d& b = mesh.vertices[t[1]];
+  const Vector3d& c = mesh.vertices[t[2]];
+  const double longest2 = std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
+  return !((b - a).cross(c - a).norm() > kDegenerateArea * longest2);
+}
+
+void AppendCount(int count, const char* one, const char* many, std::string* line) {
+  if (count == 0) return;
+  if (!line->empty()) *line += ", ";
+  *line += fmt::format("{} {}", count, count == 1 ? one : many);
+}
+
+}  // namespace
+
+bool MeshDefects::empty() const {
+  return bad_indices == 0 && non_finite_vertices == 0 && degenerate_triangles == 0 && open_edges == 0 &&
+         non_manifold_edges == 0 && flipped_edges == 0 && unused_vertices == 0 && !inside_out;
+}
+
+std::string MeshDefects::Describe() const {
+  std::string line;
+  AppendCount(bad_indices, "triangle with an index out of range", "triangles with an index out of range", &line);
+  AppendCount(non_finite_vertices, "vertex that is not finite", "vertices that are not finite", &line);
+  AppendCount(degenerate_triangles, "triangle without area", "triangles without area", &line);
+  AppendCount(open_edges, "open edge", "open edges", &line);
+  AppendCount(non_manifold_edges, "edge with more than two triangles", "edges with more than two triangles", &line);
+  AppendCount(flipped_edges, "edge between triangles of opposite orientation",
+              "edges between triangles of opposite orientation", &line);
+  AppendCount(unused_vertices, "vertex without a triangle", "vertices without a triangle", &line);
+  if (inside_out) line += "no positive volume: the triangles face inwards, or there are none";
+  if (!example.empty()) line += fmt::format(" ({})", example);
+  return line;
+}
+
+MeshDefects FindDefects(const TriangleMesh& mesh) {
+  MeshDefects defects;
+  const auto note = [&defects](std::string text) {
+    if (defects.example.empty()) defects.example = std::move(text);
+  };
+  const int num_vertices = static_cast<int>(mesh.vertices.size());
+
+  std::vector<bool> used(mesh.vertices.size(), false);
+  std::vector<EdgeUse> uses;
+  uses.reserve(3 * mesh.triangles.size());
+  for (size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const Vector3i& t = mesh.triangles[i];
+    if (t.minCoeff() < 0 || t.maxCoeff() >= num_vertices) {
+      ++defects.bad_indices;
+      note(fmt::format("triangle {} is {} {} {}, with {} vertices", i, t[0], t[1], t[2], num_vertices));
+      continue;
+    }
+    for (int k = 0; k < 3; ++k) used[t[k]] = true;
+    if (IsDegenerate(mesh, t)) {
+      ++defects.degenerate_triangles;
+      note(fmt::format("triangle {} is {} {} {}", i, t[0], t[1], t[2]));
+    }
+    if (HasRepeatedCorner(t)) continue;  // its "edges" would only hide the real ones
+    for (int k = 0; k < 3; ++k) {
+      const int from = t[k];
+      const int to = t[(k + 1) % 3];
+      uses.push_back({std::min(from, to), std::max(from, to), from < to});
+    }
+  }
+  for (int v = 0; v < num_vertices; ++v) {
+    if (!mesh.vertices[v].allFinite()) {
+      ++defects.non_finite_vertices;
+      note(fmt::format("vertex {}", v));
+    }
+  }
+
+  std::sort(uses.begin(), uses.end(), [](const EdgeUse& a, const EdgeUse& b) {
+    return std::array{a.low, a.high, int{a.forward}} < std::array{b.low, b.high, int{b.forward}};
+  });
+  for (size_t begin = 0, end = 0; begin < uses.size(); begin = end) {
+    const EdgeUse& edge = uses[begin];
+    int forward = 0;
+    for (end = begin; end < uses.size() && uses[end].low == edge.low && uses[end].high == edge.high; ++end) {
+      forward += uses[end].forward ? 1 : 0;
+    }
+    const size_t count = end - begin;
+    if (count == 1) {
+      ++defects.open_edges;
+      note(fmt::format("edge {}-{} has only one triangle", edge.low, edge.high));
+    } else if (count > 2) {
+      ++defects.non_manifold_edges;
+      note(fmt::format("edge {}-{} has {} triangles", edge.low, edge.high, count));
+    } else if (forward != 1) {
+      ++defects.flipped_edges;
+      note(fmt::format("the triangles at edge {}-{}", edge.low, edge.high));
+    }
+  }
+  for (int v = 0; v < num_vertices; ++v) {
+    if (!used[v]) {
+      ++defects.unused_vertices;
+      note(fmt::format("vertex {}", v));
+    }
+  }
+  if (defects.empty()) defects.inside_out = !(CalcSignedVolume(mesh) > 0);
+  return defects;
+}
+
+double CalcSignedVolume(const TriangleMesh& mesh) {
+  if (mesh.vertices.empty()) return 0;
+  const Vector3d centre = CalcBoundingBox(mesh).center();
+  double sum = 0;
+  for (const Vector3i& t : mesh.triangles) {
+    const Vector3d a = mesh.vertices[t[0]] - centre;
+    const Vector3d b = mesh.vertices[t[1]] - centre;
+    const Vector3d c = mesh.vertices[t[2]] - centre;
+    sum += a.dot(b.cross(c));
+  }
+  return sum / 6;
+}
+
+Eigen::AlignedBox3d CalcBoundingBox(const TriangleMesh& mesh) {
+  Eigen::AlignedBox3d box;
+  for (const Vector3d& v : mesh.vertices) box.extend(v);
+  return box;
+}
+
+}  // namespace knap
