@@ -84,7 +84,7 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
 
     const BdfCoefficients& c = trajectory.coefficients(k);
     contacts->AddWrenches(dynamics, true);
-    dynamics->CalcResidual(v, &r, &magnitude);
+    dynamics->CalcResidual(v, c.g0, &r, &magnitude);
     if (!dynamics->Factor(xi, c.c_v, c.g0 * c.c_v)) {
       out.solvable = false;
       break;

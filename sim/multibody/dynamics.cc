@@ -106,14 +106,16 @@ void Dynamics::CalcKinematics(const VectorXd& q, const VectorXd& v, const Vector
   }
 }
 
-void Dynamics::CalcResidual(const VectorXd& v, VectorXd* r, VectorXd* magnitude) {
+void Dynamics::CalcResidual(const VectorXd& v, double rate, VectorXd* r, VectorXd* magnitude) {
   for (int i = 0; i < tree_->size(); ++i) {
     if (!dynamic_[i]) continue;
     const Matrix6d& M = tree_->bodies()[i].M;
     const Vector6d inertial = M * kinematics_[i].A;
-    const Vector6d gyroscopic = CrossForce(kinematics_[i].V, M * kinematics_[i].V);
+    const Vector6d momentum = M * kinematics_[i].V;
+    const Vector6d gyroscopic = CrossForce(kinematics_[i].V, momentum);
     F_[i] = inertial + gyroscopic - external_[i].F;
-    F_magnitude_[i] = inertial.cwiseAbs() + gyroscopic.cwiseAbs() + external_[i].F.cwiseAbs();
+    F_magnitude_[i] =
+        inertial.cwiseAbs() + gyroscopic.cwiseAbs() + external_[i].F.cwiseAbs() + rate * momentum.cwiseAbs();
   }
   for (int i = tree_->size() - 1; i >= 0; --i) {
     if (!dynamic_[i]) continue;

@@ -82,7 +82,7 @@ VectorXd EvalResidual(const RandomTree& test, Dynamics* dynamics, const Point& a
   }
   VectorXd r(test.tree.nv());
   VectorXd magnitude(test.tree.nv());
-  dynamics->CalcResidual(at.v, &r, &magnitude);
+  dynamics->CalcResidual(at.v, 0.0, &r, &magnitude);
   EXPECT_TRUE((r.cwiseAbs().array() <= magnitude.array() + 1e-12).all());
   return r;
 }
