@@ -1,10 +1,10 @@
 #include "sim/geometry/triangle_mesh.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-
-#include <fmt/format.h>
 
 namespace knap {
 namespace {

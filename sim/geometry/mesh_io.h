@@ -1,0 +1,40 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "sim/geometry/triangle_mesh.h"
+
+namespace knap {
+
+// Reads a mesh from the bytes of an OBJ or STL (binary or text) file, told apart by the ending of `name`
+// in any case; coordinates are multiplied by `metres_per_unit` (0.001 for files in millimetres).
+//
+// Vertices with equal coordinates become one, and triangles that lose a corner by it vanish. OBJ: vertices
+// keep the order and, where none coincide, the numbers of the file's `v` lines (from 0), also those that no
+// face uses, at full double precision; polygons are split into triangles. STL: order of first use, single
+// precision. Texture coordinates, normals, colours, groups and materials are ignored.
+//
+// The mesh may be open or badly oriented; see FindDefects.
+//
+// Bytes may come from anyone: they are checked in full before assimp sees them, because assimp's asserts
+// abort the process, and no other file is ever opened. PLY is refused: assimp 5.2 aborts or hangs on
+// damaged PLY files.
+//
+// Throws std::runtime_error with one line that starts with `name`, and with the line and column of a text
+// file: "cage.obj:12:3: vertex 9 does not exist yet or at all: the file has 8 up to here".
+TriangleMesh ReadMesh(const std::string& name, std::string_view bytes, double metres_per_unit);
+
+// Returns a binary STL file in millimetres of a mesh in metres, single precision, with each triangle's unit
+// normal. Equal vertices stay equal, so a closed mesh stays closed. Indices must be in range.
+std::string WriteStl(const TriangleMesh& mesh);
+
+// Returns an OBJ file of a mesh in metres, with coordinates divided by `metres_per_unit` and written with
+// nine digits. Vertices are numbered by first use. Indices must be in range.
+std::string WriteObj(const TriangleMesh& mesh, double metres_per_unit);
+
+// Writes `bytes` to `path`, replacing what was there. Throws std::runtime_error with path and reason.
+void WriteFile(const std::filesystem::path& path, std::string_view bytes);
+
+}  // namespace knap

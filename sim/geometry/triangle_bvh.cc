@@ -1,0 +1,57 @@
+#include "sim/geometry/triangle_bvh.h"
+
+#include <BulletCollision/BroadphaseCollision/btDbvt.h>
+
+#include <algorithm>
+#include <cstdint>
+
+namespace knap {
+namespace {
+
+btVector3 ToBullet(const Eigen::Vector3d& v) { return btVector3(v.x(), v.y(), v.z()); }
+
+// Bullet keeps a pointer with every leaf; ours is the triangle's id, which no one dereferences.
+void* EncodeId(int id) { return reinterpret_cast<void*>(static_cast<std::intptr_t>(id)); }
+int DecodeId(void* data) { return static_cast<int>(reinterpret_cast<std::intptr_t>(data)); }
+
+struct CollectIds final : btDbvt::ICollide {
+  explicit CollectIds(std::vector<int>* ids_in) : ids(ids_in) {}
+  void Process(const btDbvtNode* leaf) override { ids->push_back(DecodeId(leaf->data)); }
+  std::vector<int>* ids;
+};
+
+}  // namespace
+
+struct TriangleBvh::Tree {
+  btDbvt dbvt;
+  int num_triangles = 0;
+};
+
+TriangleBvh::TriangleBvh(const TriangleMesh& mesh) : tree_(std::make_unique<Tree>()) {
+  for (const Eigen::Vector3i& t : mesh.triangles) {
+    Eigen::AlignedBox3d box;
+    for (int k = 0; k < 3; ++k) box.extend(mesh.vertices[t[k]]);
+    tree_->dbvt.insert(btDbvtVolume::FromMM(ToBullet(box.min()), ToBullet(box.max())),
+                       EncodeId(tree_->num_triangles++));
+  }
+  // Insertion one by one leaves a lopsided tree; a rebuild from the top makes queries faster.
+  tree_->dbvt.optimizeTopDown();
+}
+
+TriangleBvh::~TriangleBvh() = default;
+TriangleBvh::TriangleBvh(TriangleBvh&&) noexcept = default;
+TriangleBvh& TriangleBvh::operator=(TriangleBvh&&) noexcept = default;
+
+int TriangleBvh::num_triangles() const { return tree_->num_triangles; }
+
+void TriangleBvh::FindTriangles(const Eigen::AlignedBox3d& box, std::vector<int>* triangles) const {
+  triangles->clear();
+  if (box.isEmpty()) return;
+  CollectIds collect(triangles);
+  // collideTV keeps its stack of nodes in automatic storage, so the call is const, reentrant and free of
+  // allocation for any tree a mesh of this size makes.
+  tree_->dbvt.collideTV(tree_->dbvt.m_root, btDbvtVolume::FromMM(ToBullet(box.min()), ToBullet(box.max())), collect);
+  std::sort(triangles->begin(), triangles->end());
+}
+
+}  // namespace knap
