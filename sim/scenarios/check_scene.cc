@@ -1,0 +1,268 @@
+#include "sim/scenarios/check_scene.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "sim/scenarios/numeric_keys.h"
+
+namespace knap {
+namespace {
+
+// Rounding in numbers that a person wrote in decimal.
+constexpr double kRoundOff = 1e-9;
+
+bool IsWholeMultiple(double x, double unit) {
+  const double ratio = x / unit;
+  return std::abs(ratio - std::round(ratio)) <= kRoundOff * std::max(1.0, std::abs(ratio)) && std::round(ratio) >= 1.0;
+}
+
+template <class T>
+bool HasRepeats(const std::vector<T>& items) {
+  return std::set<T>(items.begin(), items.end()).size() != items.size();
+}
+
+class SceneChecker {
+ public:
+  SceneChecker(Scene& scene, FieldLog& log) : scene_(scene), log_(log) {}
+
+  void Check() {
+    for (const Body& body : scene_.bodies) CheckBody(body);
+    for (std::size_t i = 0; i < scene_.contacts.size(); ++i) CheckContact(i);
+    CheckDesign();
+    CheckRollout();
+    CheckLoss();
+    CheckVariation();
+    CheckLearning();
+  }
+
+ private:
+  void Report(std::vector<std::string> paths, const std::string& message) { log_.Report(paths, message); }
+
+  const Body* FindBody(const std::string& name) const {
+    const auto found =
+        std::find_if(scene_.bodies.begin(), scene_.bodies.end(), [&](const Body& b) { return b.name == name; });
+    return found == scene_.bodies.end() ? nullptr : &*found;
+  }
+
+  // Bodies without a valid name have been reported, and nothing can refer to them.
+  void CheckBody(const Body& body) {
+    if (body.name.empty()) return;
+    const std::string path = "bodies." + body.name;
+    CheckAncestors(body, path);
+    const bool moves_by_force = !std::holds_alternative<FixedJoint>(body.joint.kind) &&
+                                !std::holds_alternative<PrescribedJoint>(body.joint.kind);
+    if (moves_by_force && !body.inertia) {
+      Report({path + ".inertia", path + ".joint.type"},
+             "a body that forces move needs an inertia; only fixed and prescribed ones do without");
+    }
+    if (body.inertia) CheckInertia(body, path + ".inertia");
+    std::visit(
+        [&](const auto& joint) {
+          if constexpr (requires { joint.axis; }) {
+            if (joint.axis.norm() == 0.0) Report({path + ".joint.axis"}, "must not be zero");
+          }
+        },
+        body.joint.kind);
+  }
+
+  void CheckAncestors(const Body& body, const std::string& path) {
+    const Body* ancestor = &body;
+    std::string chain = body.name;
+    for (std::size_t i = 0; i < scene_.bodies.size(); ++i) {
+      ancestor = FindBody(ancestor->parent);
+      if (ancestor == nullptr) return;
+      chain += " → " + ancestor->name;
+      if (ancestor != &body) continue;
+      Report({path + ".parent"}, fmt::format("the bodies must form a tree, but here is a cycle: {}", chain));
+      return;
+    }
+  }
+
+  void CheckInertia(const Body& body, const std::string& path) {
+    if (const auto* given = std::get_if<ExplicitInertia>(&*body.inertia)) {
+      Eigen::Matrix3d I_BBcm_B = given->moments.asDiagonal();
+      I_BBcm_B(0, 1) = I_BBcm_B(1, 0) = given->products(0);
+      I_BBcm_B(0, 2) = I_BBcm_B(2, 0) = given->products(1);
+      I_BBcm_B(1, 2) = I_BBcm_B(2, 1) = given->products(2);
+      const Eigen::Vector3d principal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(I_BBcm_B).eigenvalues();
+      // Ascending order: a mass distribution has I1 > 0 and I1 + I2 ≥ I3.
+      if (!(principal(0) > 0.0) || principal(0) + principal(1) < principal(2) * (1.0 - kRoundOff)) {
+        Report({path + ".moments", path + ".products"},
+               fmt::format("no body has such moments: the principal ones are {}, {} and {}, but each must be positive "
+                           "and no larger than the sum of the others",
+                           principal(0), principal(1), principal(2)));
+      }
+      return;
+    }
+    const bool has_volume = body.shape && !std::holds_alternative<HalfSpaceShape>(*body.shape);
+    if (!has_volume) {
+      Report({path + ".type", path, "bodies." + body.name + ".shape"},
+             "needs a shape with a volume (sphere or designed_mesh); else give an explicit inertia");
+    }
+  }
+
+  void CheckContact(std::size_t i) {
+    const std::string path = fmt::format("contacts[{}].bodies", i);
+    const auto& [first, second] = scene_.contacts[i].bodies;
+    const Body* a = FindBody(first);
+    const Body* b = FindBody(second);
+    if (a == nullptr || b == nullptr) return;  // reported where the name is read
+    if (a == b) {
+      Report({path}, "a contact needs two different bodies");
+      return;
+    }
+    for (std::size_t earlier = 0; earlier < i; ++earlier) {
+      const auto& [c, d] = scene_.contacts[earlier].bodies;
+      if ((c == first && d == second) || (c == second && d == first)) {
+        Report({path}, fmt::format("{} and {} already have a contact, contacts[{}]", first, second, earlier));
+        return;
+      }
+    }
+    for (std::size_t side = 0; side < 2; ++side) {
+      if ((side == 0 ? a : b)->shape) continue;
+      Report({fmt::format("{}[{}]", path, side), fmt::format("bodies.{}.shape", scene_.contacts[i].bodies[side])},
+             "this body has no shape to touch with");
+    }
+  }
+
+  void CheckDesign() {
+    std::vector<const Body*> designed;
+    for (const Body& body : scene_.bodies) {
+      if (body.shape && std::holds_alternative<DesignedMeshShape>(*body.shape)) designed.push_back(&body);
+    }
+    for (std::size_t i = 0; i < designed.size(); ++i) {
+      const std::string path = fmt::format("bodies.{}.shape.type", designed[i]->name);
+      if (i > 0) Report({path}, fmt::format("only one body may be designed, and {} is", designed[0]->name));
+      if (!scene_.design) Report({path, "design"}, "needs a section 'design' that gives the mesh");
+    }
+    if (!scene_.design) return;
+    const Design& design = *scene_.design;
+    const Body* body = FindBody(design.body);
+    if (body != nullptr && std::find(designed.begin(), designed.end(), body) == designed.end()) {
+      Report({"design.body", "bodies." + design.body + ".shape"},
+             "the shape of this body must be of type designed_mesh");
+    }
+    for (const DesignParameter& parameter : design.parameters) CheckParameter(parameter);
+    for (const VertexGroup& group : design.vertex_groups) {
+      if (HasRepeats(group.vertices)) {
+        Report({"design.vertex_groups." + group.name + ".vertices"}, "names a vertex twice");
+      }
+    }
+  }
+
+  void CheckParameter(const DesignParameter& parameter) {
+    if (parameter.name.empty()) return;
+    const std::string path = "design.parameters." + parameter.name;
+    if (parameter.lower >= parameter.upper) {
+      Report({path + ".lower", path + ".upper"},
+             fmt::format("must be less than upper, {}", FormatQuantity(parameter.upper, kLength)));
+    } else if (parameter.initial < parameter.lower || parameter.initial > parameter.upper) {
+      Report({path + ".initial", path + ".lower", path + ".upper"},
+             fmt::format("must lie from lower, {}, to upper, {}", FormatQuantity(parameter.lower, kLength),
+                         FormatQuantity(parameter.upper, kLength)));
+    }
+    const std::vector<CageMove>& moves = scene_.design->moves;
+    const bool moves_something = std::any_of(moves.begin(), moves.end(), [&](const CageMove& m) {
+      return m.parameter == parameter.name && m.direction.norm() > 0.0;
+    });
+    if (!moves_something) Report({path + ".name", "design.moves"}, "moves no vertex of the cage; see design.moves");
+  }
+
+  void CheckRollout() {
+    const Rollout& rollout = scene_.rollout;
+    if (!IsWholeMultiple(rollout.horizon, rollout.step)) {
+      Report({"rollout.horizon", "rollout.step"},
+             fmt::format("must be a whole number of steps of {}", FormatQuantity(rollout.step, kTime)));
+    }
+  }
+
+  void CheckLoss() {
+    for (std::size_t i = 0; i < scene_.loss.task.size(); ++i) {
+      const auto& crossing = std::get<CrossingLoss>(scene_.loss.task[i]);
+      CheckOpening(crossing.opening, fmt::format("loss.task[{}]", i));
+    }
+    for (std::size_t i = 0; i < scene_.loss.distillation.size(); ++i) {
+      const auto& match = std::get<PositionMatchLoss>(scene_.loss.distillation[i]);
+      const std::string path = fmt::format("loss.distillation[{}]", i);
+      if (HasRepeats(match.axes)) Report({path + ".axes"}, "names an axis twice");
+      if (!IsWholeMultiple(match.sample_period, scene_.rollout.step)) {
+        Report({path + ".sample_period", "rollout.step"},
+               fmt::format("must be a whole number of steps of {}", FormatQuantity(scene_.rollout.step, kTime)));
+      } else if (match.sample_period > scene_.rollout.horizon) {
+        Report({path + ".sample_period", "rollout.horizon"},
+               fmt::format("must be at most the horizon, {}", FormatQuantity(scene_.rollout.horizon, kTime)));
+      }
+    }
+    if (scene_.success) CheckOpening(std::get<CrossesOpening>(*scene_.success).opening, "success");
+  }
+
+  void CheckOpening(const Opening& opening, const std::string& path) {
+    if (opening.axis != opening.opening_axis) return;
+    Report({path + ".opening_axis", path + ".axis"}, "must differ from axis: the opening lies in the plane");
+  }
+
+  void CheckVariation() {
+    const std::vector<NumericKey> keys = ListNumericKeys(scene_);
+    for (std::size_t i = 0; i < scene_.variation.size(); ++i) {
+      const Variation& variation = scene_.variation[i];
+      const std::string path = fmt::format("variation[{}]", i);
+      for (std::size_t earlier = 0; earlier < i; ++earlier) {
+        if (scene_.variation[earlier].key != variation.key) continue;
+        Report({path + ".key"}, fmt::format("already varies, see variation[{}]", earlier));
+        break;
+      }
+      const auto key =
+          std::find_if(keys.begin(), keys.end(), [&](const NumericKey& k) { return k.path == variation.key; });
+      if (key != keys.end()) CheckDistribution(variation, *key, path);
+    }
+  }
+
+  void CheckDistribution(const Variation& variation, const NumericKey& key, const std::string& path) {
+    const std::string allowed = DescribeRange(key.range, key.dimension);
+    if (const auto* uniform = std::get_if<UniformDistribution>(&variation.distribution)) {
+      const std::string lower = path + ".lower";
+      const std::string upper = path + ".upper";
+      if (uniform->lower > uniform->upper) {
+        Report({lower, upper}, fmt::format("must be at most upper, {}", FormatQuantity(uniform->upper, key.dimension)));
+      }
+      if (!key.range.Contains(uniform->lower)) Report({lower, path + ".key"}, "the key must be " + allowed);
+      if (!key.range.Contains(uniform->upper)) Report({upper, path + ".key"}, "the key must be " + allowed);
+    } else if (const auto* normal = std::get_if<NormalDistribution>(&variation.distribution)) {
+      const double reach = normal->truncate_at * normal->std;
+      if (!key.range.Contains(normal->mean - reach) || !key.range.Contains(normal->mean + reach)) {
+        Report({path + ".mean", path + ".std", path + ".truncate_at", path + ".key"},
+               fmt::format("draws reach from {} to {}, but the key must be {}",
+                           FormatQuantity(normal->mean - reach, key.dimension),
+                           FormatQuantity(normal->mean + reach, key.dimension), allowed));
+      }
+    }
+  }
+
+  void CheckLearning() {
+    const Learning& learning = scene_.learning;
+    if (learning.batch > learning.variations) {
+      Report({"learning.batch", "learning.variations"},
+             fmt::format("a batch has at most all {} variations", learning.variations));
+    }
+    if (!scene_.design) return;
+    const auto d = static_cast<std::int64_t>(scene_.design->parameters.size());
+    if (learning.dimensions_per_batch > d) {
+      Report({"learning.dimensions_per_batch", "design.parameters"},
+             fmt::format("must be at most the number of design parameters, {}", d));
+    }
+  }
+
+  Scene& scene_;
+  FieldLog& log_;
+};
+
+}  // namespace
+
+void CheckScene(Scene& scene, FieldLog& log) { SceneChecker(scene, log).Check(); }
+
+}  // namespace knap

@@ -1,0 +1,14 @@
+// Writes a scene as a complete scenario file: every field, in canonical order, in SI units.
+#pragma once
+
+#include <string>
+
+#include "sim/scenarios/scene.h"
+
+namespace knap {
+
+// ParseScene of the text gives the same scene, every number to the last bit; equal scenes give equal texts. All numbers
+// of the scene are finite.
+std::string DumpScene(const Scene& scene);
+
+}  // namespace knap

@@ -1,0 +1,89 @@
+#include "sim/scenarios/scenario_files.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+#include <system_error>
+
+#include "sim/scenarios/dump_scene.h"
+
+namespace knap {
+namespace {
+
+// The bytes of a regular file; else what the system says went wrong.
+struct FileBytes {
+  std::string bytes;
+  std::string error;
+};
+
+FileBytes ReadFile(const std::filesystem::path& path) {
+  std::error_code code;
+  const std::filesystem::file_status status = std::filesystem::status(path, code);
+  if (code) return {"", code.message()};
+  if (status.type() != std::filesystem::file_type::regular) return {"", "not a regular file"};
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) return {"", std::generic_category().message(errno)};
+  std::ostringstream bytes;
+  bytes << stream.rdbuf();
+  // An empty file sets failbit on `bytes`; only `stream` tells of a failed read.
+  if (stream.bad()) return {"", "the read failed"};
+  return {bytes.str(), ""};
+}
+
+}  // namespace
+
+LoadedScenario LoadScenario(const std::filesystem::path& config, std::span<const std::string> overrides) {
+  LoadedScenario loaded;
+  const FileBytes text = ReadFile(config);
+  if (!text.error.empty()) {
+    loaded.parsed.file_name = config.string();
+    loaded.parsed.log.Fail("", {}, "cannot be read: " + text.error);
+    return loaded;
+  }
+  loaded.parsed = ParseScene(text.bytes, config.string(), overrides);
+  for (const FileReference& reference : loaded.parsed.files) {
+    const std::filesystem::path path = config.parent_path() / reference.path;
+    FileBytes file = ReadFile(path);
+    if (!file.error.empty()) {
+      loaded.parsed.log.Report(reference.field,
+                               fmt::format("the file {} cannot be read: {}", path.string(), file.error));
+    }
+    loaded.files[reference.path] = std::move(file.bytes);
+  }
+  if (loaded.parsed.ok()) {
+    loaded.files[kScenarioFileName] = DumpScene(loaded.parsed.scene);
+  } else {
+    loaded.files.clear();
+  }
+  return loaded;
+}
+
+Scene ParseScenarioFiles(const std::map<std::string, std::string>& files) {
+  const auto text = files.find(kScenarioFileName);
+  if (text == files.end()) throw std::runtime_error(fmt::format("the scenario has no {}", kScenarioFileName));
+  ParseResult parsed = ParseScene(text->second, kScenarioFileName);
+  if (!parsed.ok()) {
+    const std::string errors = parsed.FormatErrors();
+    throw std::runtime_error(errors.substr(0, errors.find('\n')));
+  }
+  std::set<std::string> unnamed;
+  for (const auto& [name, bytes] : files) unnamed.insert(name);
+  unnamed.erase(kScenarioFileName);
+  for (const FileReference& reference : parsed.files) {
+    if (!files.contains(reference.path)) {
+      throw std::runtime_error(
+          fmt::format("the scenario lacks the file '{}' that its {} names", reference.path, reference.field));
+    }
+    unnamed.erase(reference.path);
+  }
+  if (!unnamed.empty()) {
+    throw std::runtime_error(fmt::format("the scenario carries a file '{}' that it does not name", *unnamed.begin()));
+  }
+  return std::move(parsed.scene);
+}
+
+}  // namespace knap

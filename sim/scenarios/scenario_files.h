@@ -1,0 +1,30 @@
+// A scenario with the files it names: read from disk once, then carried as names and bytes, so that whoever simulates
+// it needs no shared disk.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <span>
+#include <string>
+
+#include "sim/scenarios/parse_scene.h"
+#include "sim/scenarios/scenario_paths.h"
+
+namespace knap {
+
+struct LoadedScenario {
+  ParseResult parsed;
+  // kScenarioFileName → DumpScene's text, overrides included; each file's path as written → its bytes. Empty unless
+  // parsed.ok().
+  std::map<std::string, std::string> files;
+};
+
+// Reads the scenario at `config` and the files it names, which are relative to its folder. All that is wrong,
+// unreadable files included, is in parsed.FormatErrors(). Messages name the scenario as `config` is written.
+LoadedScenario LoadScenario(const std::filesystem::path& config, std::span<const std::string> overrides = {});
+
+// The scene in files of LoadScenario. Touches no disk. Throws std::runtime_error with one line when they do not hold a
+// valid scene and exactly the files it names.
+Scene ParseScenarioFiles(const std::map<std::string, std::string>& files);
+
+}  // namespace knap

@@ -1,0 +1,335 @@
+// What a scenario file describes, as plain data: bodies on a tree of joints, contacts, the designed tool, what varies,
+// how a rollout is integrated and judged, and how the tool is learned.
+//
+// All numbers are SI (m, kg, s, rad, N), whatever units the file used. scene_fields.h lists every field once with its
+// key, unit, allowed range and default; a Scene that ParseScene returned without errors satisfies all that is said
+// here.
+//
+// Frames: W world; P the parent body; J the joint frame, fixed in P; B the body frame, which the joint moves relative
+// to J. At zero joint coordinates B coincides with J. Roll-pitch-yaw angles (r, p, y) mean R = Rz(y)·Ry(p)·Rx(r).
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace knap {
+
+enum class Axis { kX, kY, kZ };
+
+// ---- Joints -------------------------------------------------------------------------------------------------------
+
+struct FixedJoint {};
+
+// x(t) = A·asin(k·sin(2πt/T)) / asin(k), y(t) = min(forward_speed·t, stop_at), z = 0, no rotation, in J.
+// k → 0 gives a sine, k → 1 a triangle wave; the lateral swing goes on after the forward motion has stopped.
+struct ZigzagMotion {
+  double amplitude = 0.0;      // A [m]
+  double period = 1.0;         // T [s]
+  double sharpness = 0.95;     // k [-], in (0, 1)
+  double forward_speed = 0.0;  // [m/s]
+  double stop_at = 0.0;        // y at which the forward motion ends [m]
+};
+
+// p_JB = velocity·t; R_JB turns about the fixed axis of angular_velocity at its constant rate.
+struct ConstantVelocityMotion {
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          // v_JB_J [m/s]
+  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // w_JB_J [rad/s]
+};
+
+using Motion = std::variant<ZigzagMotion, ConstantVelocityMotion>;
+
+// The pose of B in J is a given function of time.
+struct PrescribedJoint {
+  Motion motion;
+};
+
+struct RevoluteState {
+  double angle = 0.0;  // [rad]
+  double rate = 0.0;   // [rad/s]
+};
+
+// One rotation about `axis` through Jo.
+struct RevoluteJoint {
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  // in J, not zero, of any length
+  double damping = 0.0;                             // [N·m·s/rad]
+  RevoluteState initial;
+};
+
+struct PrismaticState {
+  double displacement = 0.0;  // [m]
+  double speed = 0.0;         // [m/s]
+};
+
+// One translation along `axis`.
+struct PrismaticJoint {
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  // in J, not zero, of any length
+  double damping = 0.0;                             // [N·s/m]
+  PrismaticState initial;
+};
+
+struct BallState {
+  Eigen::Vector3d orientation_rpy = Eigen::Vector3d::Zero();   // of B in J [rad]
+  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // w_JB_J [rad/s]
+};
+
+// Three rotations about Jo.
+struct BallJoint {
+  double damping = 0.0;  // [N·m·s/rad], against w_JB
+  BallState initial;
+};
+
+struct PlanarState {
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();  // of Bo in J's xy-plane [m]
+  double angle = 0.0;                                  // about Jz [rad]
+  Eigen::Vector2d velocity = Eigen::Vector2d::Zero();  // in J [m/s]
+  double angular_velocity = 0.0;                       // about Jz [rad/s]
+};
+
+// Translation in J's xy-plane and rotation about Jz.
+struct PlanarJoint {
+  double linear_damping = 0.0;   // [N·s/m]
+  double angular_damping = 0.0;  // [N·m·s/rad]
+  PlanarState initial;
+};
+
+struct FreeState {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();          // p_JB [m]
+  Eigen::Vector3d orientation_rpy = Eigen::Vector3d::Zero();   // of B in J [rad]
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          // v_JBo_J [m/s]
+  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // w_JB_J [rad/s]
+};
+
+struct FreeJoint {
+  FreeState initial;
+};
+
+using JointKind =
+    std::variant<FixedJoint, PrescribedJoint, RevoluteJoint, PrismaticJoint, BallJoint, PlanarJoint, FreeJoint>;
+
+struct Joint {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();         // p_PJ [m]
+  Eigen::Vector3d orientation_rpy = Eigen::Vector3d::Zero();  // of J in P [rad]
+  JointKind kind;
+};
+
+// ---- Bodies -------------------------------------------------------------------------------------------------------
+
+// Solid below the plane z = 0 of B.
+struct HalfSpaceShape {};
+
+// Centred at Bo.
+struct SphereShape {
+  double radius = 0.0;  // [m]
+};
+
+// The tool: Scene::design gives its mesh, in B. At most one body has it.
+struct DesignedMeshShape {};
+
+using Shape = std::variant<HalfSpaceShape, SphereShape, DesignedMeshShape>;
+
+// The body fills its shape with one density, found from the total mass.
+struct SolidInertia {
+  double mass = 0.0;  // [kg]
+};
+
+// The body fills its shape with this density.
+struct DensityInertia {
+  double density = 0.0;  // [kg/m³]
+};
+
+struct ExplicitInertia {
+  double mass = 0.0;                                   // [kg]
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();    // p_BBcm_B [m]
+  Eigen::Vector3d moments = Eigen::Vector3d::Zero();   // Ixx, Iyy, Izz of I_BBcm_B [kg·m²]
+  Eigen::Vector3d products = Eigen::Vector3d::Zero();  // Ixy, Ixz, Iyz of I_BBcm_B, its off-diagonal entries
+};
+
+using Inertia = std::variant<SolidInertia, DensityInertia, ExplicitInertia>;
+
+inline constexpr char kWorldName[] = "world";
+
+struct Body {
+  std::string name;
+  std::string parent = kWorldName;  // "world" or the name of another body; the bodies form a tree, in any order
+  Joint joint;
+  std::optional<Shape> shape;
+  std::optional<Inertia> inertia;  // present at least wherever the joint is neither fixed nor prescribed
+};
+
+// ---- Contact ------------------------------------------------------------------------------------------------------
+
+struct Contact {
+  std::array<std::string, 2> bodies;  // two different bodies, each with a shape
+  double stiffness = 0.0;             // pressure per depth [N/m³]
+  double damping = 0.0;               // of the normal force, relative to it: Hunt and Crossley's [s/m]
+  double friction = 0.0;              // Coulomb's μ [-]
+  double rolling_resistance = 0.0;    // r in the torque r·radius·N against rolling [-]
+  double slip_speed = 1e-3;           // speed at which friction is fully developed [m/s]
+};
+
+// ---- Design -------------------------------------------------------------------------------------------------------
+
+struct DesignParameter {
+  std::string name;
+  double initial = 0.0;  // [m]; lower ≤ initial ≤ upper, lower < upper
+  double lower = 0.0;
+  double upper = 0.0;
+};
+
+struct VertexGroup {
+  std::string name;
+  std::vector<std::int64_t> vertices;  // of the cage, counted from 0, each at most once
+};
+
+// Adds (theta[parameter] − initial)·direction to every vertex of the group.
+struct CageMove {
+  std::string parameter;
+  std::string group;
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // in B [m per m]
+};
+
+// theta → cage: cage = cage0 + Σ moves.
+struct Design {
+  std::string body;         // the one whose shape is the designed mesh
+  std::string mesh;         // file, relative to the scenario's
+  std::string cage;         // file, relative to the scenario's
+  double mesh_unit = 1e-3;  // length of one unit of both files [m]
+  std::vector<DesignParameter> parameters;
+  std::vector<VertexGroup> vertex_groups;
+  std::vector<CageMove> moves;
+};
+
+// ---- Variation ----------------------------------------------------------------------------------------------------
+
+struct UniformDistribution {
+  double lower = 0.0;
+  double upper = 0.0;  // ≥ lower
+};
+
+// Normal, conditioned on |x − mean| ≤ truncate_at·std.
+struct NormalDistribution {
+  double mean = 0.0;
+  double std = 0.0;
+  double truncate_at = 3.0;  // [-]
+};
+
+using Distribution = std::variant<UniformDistribution, NormalDistribution>;
+
+// One number of the scene that differs between rollouts; every value that can be drawn is allowed for the key.
+struct Variation {
+  std::string key;            // e.g. "bodies.pea.initial.position[0]", see numeric_keys.h
+  Distribution distribution;  // in the SI unit of the key
+};
+
+// ---- Rollout ------------------------------------------------------------------------------------------------------
+
+enum class Integrator { kBdf1, kBdf2 };
+
+struct Rollout {
+  double horizon = 0.0;  // [s]
+  double step = 0.0;     // [s]; the horizon is a whole number of steps
+  Integrator integrator = Integrator::kBdf2;
+  double newton_tolerance = 1e-10;  // on the scaled residual [-]
+  std::int64_t newton_max_iterations = 30;
+};
+
+// ---- Loss and success ---------------------------------------------------------------------------------------------
+
+// A gap in the plane where coordinate `axis` of W equals `at`, centred at opening_center along opening_axis.
+struct Opening {
+  std::string body;      // whose origin is watched
+  Axis axis = Axis::kY;  // differs from opening_axis
+  double at = 0.0;       // [m]
+  Axis opening_axis = Axis::kX;
+  double opening_center = 0.0;      // [m]
+  double opening_half_width = 0.0;  // [m]
+};
+
+// With c the coordinate along opening_axis at the first crossing of the plane, in length_unit:
+// weight·max(0, |c − center| − half_width)²; a body that never crosses pays a shortfall penalty instead, which is
+// shortfall_weight times a function of the missing distance that levels off beyond shortfall_scale.
+struct CrossingLoss {
+  Opening opening;
+  double weight = 1.0;
+  double length_unit = 1.0;       // length in which the loss counts [m]
+  double shortfall_weight = 1.0;  // [-]
+  double shortfall_scale = 0.05;  // [m]
+};
+
+using TaskTerm = std::variant<CrossingLoss>;
+
+enum class Normalization { kSum, kMean };
+
+// weight·Σ_samples ‖p − p'‖² over the chosen axes of W, p' on the reference trajectory; kMean divides by the number of
+// samples.
+struct PositionMatchLoss {
+  std::string body;
+  std::vector<Axis> axes;      // at least one, each at most once
+  double sample_period = 0.0;  // [s], a whole number of steps
+  Normalization normalize = Normalization::kSum;
+  double weight = 1.0;
+  double length_unit = 1.0;  // length in which the loss counts [m]
+};
+
+using DistillationTerm = std::variant<PositionMatchLoss>;
+
+struct Loss {
+  std::vector<TaskTerm> task;
+  std::vector<DistillationTerm> distillation;
+};
+
+// The body's first crossing of the plane lies inside the opening.
+struct CrossesOpening {
+  Opening opening;
+};
+
+using SuccessTest = std::variant<CrossesOpening>;
+
+// ---- Learning -----------------------------------------------------------------------------------------------------
+
+enum class LearningMethod { kOurs, kSimpleContinual, kDiffHand };
+
+struct Learning {
+  LearningMethod method = LearningMethod::kOurs;
+  std::int64_t variations = 100;          // N
+  std::int64_t batch = 5;                 // M, ≤ N
+  std::int64_t dimensions_per_batch = 2;  // d', ≤ d where there is a design
+  double alpha = 0.1;                     // weight of the distillation loss [-]
+  double learning_rate = 0.25;            // box radius, as a fraction of each parameter's range [-]
+  double decay = 0.36787944117144233;     // of the learning rate at each restart: e⁻¹ [-]
+  std::string optimizer = "LD_LBFGS";     // an NLopt algorithm
+  std::int64_t max_evaluations = 15;      // of the optimizer, a batch
+  std::int64_t seed = 0;
+};
+
+struct Evaluation {
+  std::int64_t variations = 200;
+  std::int64_t seed = 1;
+};
+
+// ---- The whole ----------------------------------------------------------------------------------------------------
+
+inline constexpr std::int64_t kSceneSchema = 1;
+
+struct Scene {
+  std::int64_t schema = kSceneSchema;
+  std::string name;
+  std::string description;
+  Eigen::Vector3d gravity{0.0, 0.0, -9.81};  // in W [m/s²]
+  std::vector<Body> bodies;
+  std::vector<Contact> contacts;
+  std::optional<Design> design;  // none: d = 0
+  Rollout rollout;
+  Loss loss;
+  std::optional<SuccessTest> success;
+  std::vector<Variation> variation;
+  Learning learning;
+  Evaluation evaluation;
+};
+
+}  // namespace knap

@@ -1,0 +1,441 @@
+#include "sim/scenarios/scene_fields.h"
+
+namespace knap {
+namespace {
+
+using std::string_view;
+
+constexpr string_view kAxes[] = {"x", "y", "z"};
+constexpr Range kFraction{0.0, 1.0, true};
+constexpr Range kIndex{0.0, 1e9};
+constexpr Range kCount{1.0, 1e9};
+constexpr Range kSeed{0.0, 9007199254740991.0};  // exact in every language that keeps numbers as doubles
+
+void VisitAxis(FieldVisitor& v, string_view key, string_view doc, Axis& axis) {
+  v.EnumField({.key = key, .doc = doc}, axis, kAxes);
+}
+
+// Every number of a default-initialised vector may be left out.
+template <class Vector>
+void VisitVector(FieldVisitor& v, string_view key, string_view doc, const Dimension& dimension, Vector& vector) {
+  v.Numbers({.key = key, .doc = doc, .required = false, .dimension = dimension}, vector);
+}
+
+}  // namespace
+
+// ---- Joints -------------------------------------------------------------------------------------------------------
+
+static void VisitFields(FieldVisitor& v, ZigzagMotion& m) {
+  v.Number(
+      {.key = "amplitude", .doc = "lateral swing along Jx, to each side", .dimension = kLength, .range = kNonNegative},
+      m.amplitude);
+  v.Number({.key = "period", .doc = "of the swing", .dimension = kTime, .range = kPositive}, m.period);
+  v.Number({.key = "sharpness",
+            .doc = "k: near 0 a sine, near 1 a triangle wave",
+            .required = false,
+            .range = {0.0, 0.9999, true}},
+           m.sharpness);
+  v.Number({.key = "forward_speed", .doc = "along Jy", .dimension = kSpeed, .range = kNonNegative}, m.forward_speed);
+  v.Number(
+      {.key = "stop_at", .doc = "y in J at which the forward motion ends", .dimension = kLength, .range = kNonNegative},
+      m.stop_at);
+}
+
+static void VisitFields(FieldVisitor& v, ConstantVelocityMotion& m) {
+  VisitVector(v, "velocity", "of Bo in J", kSpeed, m.velocity);
+  VisitVector(v, "angular_velocity", "of B in J", kAngularSpeed, m.angular_velocity);
+}
+
+static void VisitFields(FieldVisitor& v, Motion& motion) {
+  v.OneOf({.key = "type", .doc = "how the body moves"}, motion, {"zigzag", "constant_velocity"});
+}
+
+static void VisitFields(FieldVisitor&, FixedJoint&) {}
+
+static void VisitFields(FieldVisitor& v, PrescribedJoint& j) {
+  v.Struct({.key = "motion", .doc = "pose of B in J as a function of time"}, j.motion);
+}
+
+static void VisitAxisVector(FieldVisitor& v, Eigen::Vector3d& axis) {
+  VisitVector(v, "axis", "direction in J, of any length but zero", kDimensionless, axis);
+}
+
+static void VisitFields(FieldVisitor& v, RevoluteJoint& j) {
+  VisitAxisVector(v, j.axis);
+  v.Number({.key = "damping",
+            .doc = "torque per rate",
+            .required = false,
+            .dimension = kAngularDamping,
+            .range = kNonNegative},
+           j.damping);
+}
+
+static void VisitFields(FieldVisitor& v, PrismaticJoint& j) {
+  VisitAxisVector(v, j.axis);
+  v.Number({.key = "damping",
+            .doc = "force per speed",
+            .required = false,
+            .dimension = kLinearDamping,
+            .range = kNonNegative},
+           j.damping);
+}
+
+static void VisitFields(FieldVisitor& v, BallJoint& j) {
+  v.Number({.key = "damping",
+            .doc = "torque per angular speed",
+            .required = false,
+            .dimension = kAngularDamping,
+            .range = kNonNegative},
+           j.damping);
+}
+
+static void VisitFields(FieldVisitor& v, PlanarJoint& j) {
+  v.Number({.key = "linear_damping",
+            .doc = "force per speed",
+            .required = false,
+            .dimension = kLinearDamping,
+            .range = kNonNegative},
+           j.linear_damping);
+  v.Number({.key = "angular_damping",
+            .doc = "torque per angular speed",
+            .required = false,
+            .dimension = kAngularDamping,
+            .range = kNonNegative},
+           j.angular_damping);
+}
+
+static void VisitFields(FieldVisitor&, FreeJoint&) {}
+
+static void VisitFields(FieldVisitor& v, Joint& j) {
+  v.OneOf({.key = "type", .doc = "how B moves relative to J"}, j.kind,
+          {"fixed", "prescribed", "revolute", "prismatic", "ball", "planar", "free"});
+  VisitVector(v, "position", "of Jo in the parent", kLength, j.position);
+  VisitVector(v, "orientation_rpy", "of J in the parent: roll, pitch, yaw", kAngle, j.orientation_rpy);
+}
+
+// ---- Initial states -----------------------------------------------------------------------------------------------
+
+static void VisitFields(FieldVisitor& v, RevoluteState& s) {
+  v.Number({.key = "angle", .doc = "of B in J", .required = false, .dimension = kAngle}, s.angle);
+  v.Number({.key = "rate", .doc = "of B in J", .required = false, .dimension = kAngularSpeed}, s.rate);
+}
+
+static void VisitFields(FieldVisitor& v, PrismaticState& s) {
+  v.Number({.key = "displacement", .doc = "along the axis", .required = false, .dimension = kLength}, s.displacement);
+  v.Number({.key = "speed", .doc = "along the axis", .required = false, .dimension = kSpeed}, s.speed);
+}
+
+static void VisitFields(FieldVisitor& v, BallState& s) {
+  VisitVector(v, "orientation_rpy", "of B in J: roll, pitch, yaw", kAngle, s.orientation_rpy);
+  VisitVector(v, "angular_velocity", "of B in J", kAngularSpeed, s.angular_velocity);
+}
+
+static void VisitFields(FieldVisitor& v, PlanarState& s) {
+  VisitVector(v, "position", "of Bo in J: x, y", kLength, s.position);
+  v.Number({.key = "angle", .doc = "of B about Jz", .required = false, .dimension = kAngle}, s.angle);
+  VisitVector(v, "velocity", "of Bo in J: x, y", kSpeed, s.velocity);
+  v.Number({.key = "angular_velocity", .doc = "of B about Jz", .required = false, .dimension = kAngularSpeed},
+           s.angular_velocity);
+}
+
+static void VisitFields(FieldVisitor& v, FreeState& s) {
+  VisitVector(v, "position", "of Bo in J", kLength, s.position);
+  VisitVector(v, "orientation_rpy", "of B in J: roll, pitch, yaw", kAngle, s.orientation_rpy);
+  VisitVector(v, "velocity", "of Bo in J", kSpeed, s.velocity);
+  VisitVector(v, "angular_velocity", "of B in J", kAngularSpeed, s.angular_velocity);
+}
+
+// ---- Bodies -------------------------------------------------------------------------------------------------------
+
+static void VisitFields(FieldVisitor&, HalfSpaceShape&) {}
+
+static void VisitFields(FieldVisitor& v, SphereShape& s) {
+  v.Number({.key = "radius", .doc = "of the sphere, centred at Bo", .dimension = kLength, .range = kPositive},
+           s.radius);
+}
+
+static void VisitFields(FieldVisitor&, DesignedMeshShape&) {}
+
+static void VisitFields(FieldVisitor& v, Shape& shape) {
+  v.OneOf({.key = "type", .doc = "half_space: solid below the plane z = 0 of B; designed_mesh: see `design`"}, shape,
+          {"half_space", "sphere", "designed_mesh"});
+}
+
+static void VisitFields(FieldVisitor& v, SolidInertia& i) {
+  v.Number({.key = "mass", .doc = "spread evenly over the body's shape", .dimension = kMass, .range = kPositive},
+           i.mass);
+}
+
+static void VisitFields(FieldVisitor& v, DensityInertia& i) {
+  v.Number({.key = "density", .doc = "all over the body's shape", .dimension = kDensity, .range = kPositive},
+           i.density);
+}
+
+static void VisitFields(FieldVisitor& v, ExplicitInertia& i) {
+  v.Number({.key = "mass", .doc = "of the body", .dimension = kMass, .range = kPositive}, i.mass);
+  VisitVector(v, "center", "centre of mass in B", kLength, i.center);
+  v.Numbers({.key = "moments",
+             .doc = "Ixx, Iyy, Izz about the centre of mass, in B",
+             .dimension = kRotationalInertia,
+             .range = kPositive},
+            i.moments);
+  VisitVector(v, "products", "Ixy, Ixz, Iyz about the centre of mass: the entries off the diagonal", kRotationalInertia,
+              i.products);
+}
+
+static void VisitFields(FieldVisitor& v, Inertia& inertia) {
+  v.OneOf({.key = "type", .doc = "solid and density: computed from the shape"}, inertia,
+          {"solid", "density", "explicit"});
+}
+
+static void VisitFields(FieldVisitor& v, Body& b) {
+  v.Text({.key = "name", .doc = "of the body", .role = TextRole::kNewBody}, b.name);
+  v.Text({.key = "parent",
+          .doc = "`world` or the body that carries the joint",
+          .required = false,
+          .role = TextRole::kBodyOrWorld},
+         b.parent);
+  v.Struct({.key = "joint", .doc = "to the parent"}, b.joint);
+  v.OptionalStruct({.key = "shape", .doc = "what touches", .required = false}, b.shape);
+  v.OptionalStruct(
+      {.key = "inertia", .doc = "needed where the joint is neither fixed nor prescribed", .required = false},
+      b.inertia);
+  std::visit(
+      [&v](auto& joint) {
+        if constexpr (requires { joint.initial; }) {
+          v.Struct({.key = "initial", .doc = "state at time 0, where the joint has one", .required = false},
+                   joint.initial);
+        }
+      },
+      b.joint.kind);
+}
+
+static void VisitFields(FieldVisitor& v, Contact& c) {
+  v.FixedList({.key = "bodies", .doc = "the two that touch"}, c.bodies,
+              [](FieldVisitor& w, std::string& name) { w.Text({.role = TextRole::kBody}, name); });
+  v.Number({.key = "stiffness", .doc = "pressure per depth", .dimension = kContactStiffness, .range = kPositive},
+           c.stiffness);
+  v.Number({.key = "damping",
+            .doc = "of the normal force, relative to it (Hunt and Crossley)",
+            .required = false,
+            .dimension = kContactDamping,
+            .range = kNonNegative},
+           c.damping);
+  v.Number({.key = "friction", .doc = "Coulomb's coefficient", .required = false, .range = {0.0, 10.0}}, c.friction);
+  v.Number({.key = "rolling_resistance", .doc = "r in the torque r·radius·N", .required = false, .range = {0.0, 1.0}},
+           c.rolling_resistance);
+  v.Number({.key = "slip_speed",
+            .doc = "at which friction is fully developed",
+            .required = false,
+            .dimension = kSpeed,
+            .range = kPositive},
+           c.slip_speed);
+}
+
+// ---- Design -------------------------------------------------------------------------------------------------------
+
+static void VisitFields(FieldVisitor& v, DesignParameter& p) {
+  v.Text({.key = "name", .doc = "of the parameter", .role = TextRole::kNewParameter}, p.name);
+  v.Number({.key = "initial", .doc = "value of the mesh and cage as they are on file", .dimension = kLength},
+           p.initial);
+  v.Number({.key = "lower", .doc = "least value", .dimension = kLength}, p.lower);
+  v.Number({.key = "upper", .doc = "largest value", .dimension = kLength}, p.upper);
+}
+
+static void VisitFields(FieldVisitor& v, VertexGroup& g) {
+  v.Text({.key = "name", .doc = "of the group", .role = TextRole::kNewGroup}, g.name);
+  v.LeafList({.key = "vertices", .doc = "of the cage, counted from 0"}, g.vertices, 1,
+             [](FieldVisitor& w, std::int64_t& i) { w.Integer({.range = kIndex}, i); });
+}
+
+static void VisitFields(FieldVisitor& v, CageMove& m) {
+  v.Text({.key = "parameter", .doc = "that moves", .role = TextRole::kParameter}, m.parameter);
+  v.Text({.key = "group", .doc = "that is moved", .role = TextRole::kGroup}, m.group);
+  v.Numbers({.key = "direction", .doc = "in B, per unit of the parameter's change"}, m.direction);
+}
+
+static void VisitFields(FieldVisitor& v, Design& d) {
+  v.Text({.key = "body", .doc = "whose shape is the designed mesh", .role = TextRole::kBody}, d.body);
+  v.Text({.key = "mesh", .doc = "closed triangle mesh in B", .role = TextRole::kFile}, d.mesh);
+  v.Text({.key = "cage", .doc = "closed triangle mesh around it, in B", .role = TextRole::kFile}, d.cage);
+  v.Number({.key = "mesh_unit", .doc = "length of one unit of both files", .dimension = kLength, .range = kPositive},
+           d.mesh_unit);
+  v.StructList({.key = "parameters", .doc = "theta, in the order of its components"}, d.parameters, 1);
+  v.StructList({.key = "vertex_groups", .doc = "named sets of cage vertices"}, d.vertex_groups, 1);
+  v.StructList({.key = "moves", .doc = "cage = cage on file + Σ (theta − initial)·direction"}, d.moves, 1);
+}
+
+// ---- Variation ----------------------------------------------------------------------------------------------------
+
+static void VisitFields(FieldVisitor& v, Variation& x) {
+  v.Text({.key = "key",
+          .doc = "path of the number that varies, such as `bodies.pea.initial.position[0]`",
+          .role = TextRole::kNumericKey},
+         x.key);
+  v.OneOf({.key = "distribution", .doc = "of its values"}, x.distribution, {"uniform", "normal"});
+  if (auto* uniform = std::get_if<UniformDistribution>(&x.distribution)) {
+    v.Number({.key = "lower", .doc = "least value", .dimension_of = &x.key}, uniform->lower);
+    v.Number({.key = "upper", .doc = "largest value", .dimension_of = &x.key}, uniform->upper);
+  } else if (auto* normal = std::get_if<NormalDistribution>(&x.distribution)) {
+    v.Number({.key = "mean", .doc = "of the values", .dimension_of = &x.key}, normal->mean);
+    v.Number(
+        {.key = "std", .doc = "standard deviation before truncation", .dimension_of = &x.key, .range = kNonNegative},
+        normal->std);
+    v.Number({.key = "truncate_at",
+              .doc = "largest distance from the mean, in standard deviations",
+              .required = false,
+              .range = {0.0, 10.0, true}},
+             normal->truncate_at);
+  }
+}
+
+// Their numbers have the unit of the varied key, which Variation knows.
+static void VisitFields(FieldVisitor&, UniformDistribution&) {}
+static void VisitFields(FieldVisitor&, NormalDistribution&) {}
+
+// ---- Rollout, loss, success ---------------------------------------------------------------------------------------
+
+static void VisitFields(FieldVisitor& v, Rollout& r) {
+  v.Number({.key = "horizon", .doc = "duration, a whole number of steps", .dimension = kTime, .range = kPositive},
+           r.horizon);
+  v.Number({.key = "step", .doc = "of the integrator", .dimension = kTime, .range = kPositive}, r.step);
+  static constexpr string_view kIntegrators[] = {"bdf1", "bdf2"};
+  v.EnumField({.key = "integrator", .doc = "implicit, of first or second order", .required = false}, r.integrator,
+              kIntegrators);
+  v.Number({.key = "newton_tolerance", .doc = "on the scaled residual", .required = false, .range = {0.0, 1e-2, true}},
+           r.newton_tolerance);
+  v.Integer({.key = "newton_max_iterations",
+             .doc = "before the step is subdivided",
+             .required = false,
+             .range = {1.0, 1000.0}},
+            r.newton_max_iterations);
+}
+
+static void VisitOpening(FieldVisitor& v, Opening& o) {
+  v.Text({.key = "body", .doc = "whose origin is watched", .role = TextRole::kBody}, o.body);
+  VisitAxis(v, "axis", "of the world, across the plane of the opening", o.axis);
+  v.Number({.key = "at", .doc = "coordinate of the plane along `axis`", .dimension = kLength}, o.at);
+  VisitAxis(v, "opening_axis", "of the world, along the opening", o.opening_axis);
+  v.Number({.key = "opening_center", .doc = "coordinate along `opening_axis`", .required = false, .dimension = kLength},
+           o.opening_center);
+  v.Number({.key = "opening_half_width", .doc = "of the gap", .dimension = kLength, .range = kNonNegative},
+           o.opening_half_width);
+}
+
+static void VisitWeight(FieldVisitor& v, double& weight, double& length_unit) {
+  v.Number({.key = "weight", .doc = "factor of this term", .required = false, .range = kNonNegative}, weight);
+  v.Number({.key = "length_unit",
+            .doc = "length that counts as 1",
+            .required = false,
+            .dimension = kLength,
+            .range = kPositive},
+           length_unit);
+}
+
+static void VisitFields(FieldVisitor& v, CrossingLoss& l) {
+  VisitOpening(v, l.opening);
+  VisitWeight(v, l.weight, l.length_unit);
+  v.Number({.key = "shortfall_weight",
+            .doc = "of a body that never reaches the plane",
+            .required = false,
+            .range = kNonNegative},
+           l.shortfall_weight);
+  v.Number({.key = "shortfall_scale",
+            .doc = "missing distance beyond which the penalty levels off",
+            .required = false,
+            .dimension = kLength,
+            .range = kPositive},
+           l.shortfall_scale);
+}
+
+static void VisitFields(FieldVisitor& v, TaskTerm& term) {
+  v.OneOf({.key = "type", .doc = "crossing: squared distance from an opening where the body crosses its plane"}, term,
+          {"crossing"});
+}
+
+static void VisitFields(FieldVisitor& v, PositionMatchLoss& l) {
+  v.Text({.key = "body", .doc = "whose origin is compared", .role = TextRole::kBody}, l.body);
+  v.LeafList({.key = "axes", .doc = "of the world, the coordinates compared"}, l.axes, 1,
+             [](FieldVisitor& w, Axis& axis) { w.EnumField({}, axis, kAxes); });
+  v.Number({.key = "sample_period",
+            .doc = "between samples, a whole number of steps",
+            .dimension = kTime,
+            .range = kPositive},
+           l.sample_period);
+  static constexpr string_view kNormalizations[] = {"sum", "mean"};
+  v.EnumField({.key = "normalize", .doc = "over the samples", .required = false}, l.normalize, kNormalizations);
+  VisitWeight(v, l.weight, l.length_unit);
+}
+
+static void VisitFields(FieldVisitor& v, DistillationTerm& term) {
+  v.OneOf({.key = "type", .doc = "position_match: squared distance from the reference trajectory"}, term,
+          {"position_match"});
+}
+
+static void VisitFields(FieldVisitor& v, Loss& l) {
+  v.StructList({.key = "task", .doc = "terms, added up", .required = false}, l.task);
+  v.StructList({.key = "distillation", .doc = "terms, added up", .required = false}, l.distillation);
+}
+
+static void VisitFields(FieldVisitor& v, CrossesOpening& s) { VisitOpening(v, s.opening); }
+
+static void VisitFields(FieldVisitor& v, SuccessTest& test) {
+  v.OneOf({.key = "type", .doc = "crosses_opening: the first crossing of the plane lies in the opening"}, test,
+          {"crosses_opening"});
+}
+
+// ---- Learning -----------------------------------------------------------------------------------------------------
+
+static void VisitFields(FieldVisitor& v, Learning& l) {
+  static constexpr string_view kMethods[] = {"ours", "simple_continual", "diffhand"};
+  v.EnumField({.key = "method", .doc = "schedule", .required = false}, l.method, kMethods);
+  v.Integer({.key = "variations", .doc = "N: training variations", .required = false, .range = kCount}, l.variations);
+  v.Integer({.key = "batch", .doc = "M: variations in a batch", .required = false, .range = kCount}, l.batch);
+  v.Integer(
+      {.key = "dimensions_per_batch", .doc = "d': parameters that move in a batch", .required = false, .range = kCount},
+      l.dimensions_per_batch);
+  v.Number({.key = "alpha", .doc = "weight of the distillation loss", .required = false, .range = kNonNegative},
+           l.alpha);
+  v.Number({.key = "learning_rate",
+            .doc = "radius of a batch's box, as a fraction of each parameter's range",
+            .required = false,
+            .range = kFraction},
+           l.learning_rate);
+  v.Number({.key = "decay",
+            .doc = "factor of the learning rate when all dimensions have been used",
+            .required = false,
+            .range = kFraction},
+           l.decay);
+  v.Text({.key = "optimizer", .doc = "an NLopt algorithm", .required = false, .role = TextRole::kName}, l.optimizer);
+  v.Integer({.key = "max_evaluations", .doc = "of the optimizer, in a batch", .required = false, .range = kCount},
+            l.max_evaluations);
+  v.Integer({.key = "seed", .doc = "of training", .required = false, .range = kSeed}, l.seed);
+}
+
+static void VisitFields(FieldVisitor& v, Evaluation& e) {
+  v.Integer({.key = "variations", .doc = "never seen in training", .required = false, .range = kCount}, e.variations);
+  v.Integer({.key = "seed", .doc = "of the evaluation, a stream of its own", .required = false, .range = kSeed},
+            e.seed);
+}
+
+void VisitFields(FieldVisitor& v, Scene& s) {
+  v.Integer({.key = "schema",
+             .doc = "version of this format",
+             .range = {static_cast<double>(kSceneSchema), static_cast<double>(kSceneSchema)}},
+            s.schema);
+  v.Text({.key = "name", .doc = "of the scenario", .role = TextRole::kName}, s.name);
+  v.Text({.key = "description", .doc = "for people", .required = false}, s.description);
+  VisitVector(v, "gravity", "in the world", kAcceleration, s.gravity);
+  v.StructList({.key = "bodies", .doc = "a tree, in any order"}, s.bodies, 1);
+  v.StructList({.key = "contacts", .doc = "pairs of bodies that touch", .required = false}, s.contacts);
+  v.OptionalStruct({.key = "design", .doc = "what is learned", .required = false}, s.design);
+  v.Struct({.key = "rollout", .doc = "how one variation is simulated"}, s.rollout);
+  v.Struct({.key = "loss", .doc = "what is minimised", .required = false}, s.loss);
+  v.OptionalStruct({.key = "success", .doc = "what counts as done", .required = false}, s.success);
+  // After all that a variation's key can name.
+  v.StructList({.key = "variation", .doc = "what differs between rollouts", .required = false}, s.variation);
+  v.Struct({.key = "learning", .doc = "schedule and optimizer", .required = false}, s.learning);
+  v.Struct({.key = "evaluation", .doc = "on unseen variations", .required = false}, s.evaluation);
+}
+
+}  // namespace knap

@@ -1,0 +1,13 @@
+// The fields of a scenario file, each with its key, unit, allowed range, default and meaning: the one place that knows
+// them. Reading, writing, paths of numbers and documentation all derive from it.
+#pragma once
+
+#include "sim/scenarios/field_visitor.h"
+#include "sim/scenarios/scene.h"
+
+namespace knap {
+
+// Visits every field of the scene in the canonical order of a file.
+void VisitFields(FieldVisitor& v, Scene& scene);
+
+}  // namespace knap
