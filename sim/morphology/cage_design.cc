@@ -16,7 +16,7 @@ using Eigen::Matrix3Xd;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-void CheckMove(const CageMove& move, Index num_parameters, size_t num_cage_vertices) {
+void CheckMove(const VertexMove& move, Index num_parameters, size_t num_cage_vertices) {
   if (move.parameter < 0 || move.parameter >= num_parameters) {
     throw std::invalid_argument(
         fmt::format("a cage move names parameter {}; there are {}, counted from 0", move.parameter, num_parameters));
@@ -42,7 +42,7 @@ TriangleMesh Displace(const TriangleMesh& mesh, const VectorXd& displacement) {
 
 }  // namespace
 
-CageDesign::CageDesign(TriangleMesh mesh, TriangleMesh cage, VectorXd initial_theta, const std::vector<CageMove>& moves)
+CageDesign::CageDesign(TriangleMesh mesh, TriangleMesh cage, VectorXd initial_theta, const std::vector<VertexMove>& moves)
     : mesh_(std::move(mesh)), cage_(std::move(cage)), initial_theta_(std::move(initial_theta)) {
   const MeshDefects defects = FindDefects(mesh_);
   if (!defects.empty()) {
@@ -54,7 +54,7 @@ CageDesign::CageDesign(TriangleMesh mesh, TriangleMesh cage, VectorXd initial_th
 
   const Index d = initial_theta_.size();
   dc_dtheta_.setZero(static_cast<Index>(3 * cage_.vertices.size()), d);
-  for (const CageMove& move : moves) {
+  for (const VertexMove& move : moves) {
     CheckMove(move, d, cage_.vertices.size());
     dc_dtheta_.col(move.parameter).segment<3>(3 * move.cage_vertex) += move.direction;
   }

@@ -9,7 +9,7 @@ namespace knap {
 
 // One entry of the linear map from parameters to the cage: raising theta[parameter] by one unit moves cage
 // vertex `cage_vertex` by `direction` [m per unit of the parameter].
-struct CageMove {
+struct VertexMove {
   int parameter;    // 0 <= parameter < d
   int cage_vertex;  // 0 <= cage_vertex < n_cage
   Eigen::Vector3d direction;
@@ -27,7 +27,7 @@ class CageDesign {
   // parameter (they add up). Throws std::invalid_argument with one line when mesh or cage is not closed,
   // manifold and outward oriented, when a move's indices are out of range or its direction not finite, or
   // when theta_0 is not finite. Costs n_mesh x (triangles of the cage) evaluations.
-  CageDesign(TriangleMesh mesh, TriangleMesh cage, Eigen::VectorXd initial_theta, const std::vector<CageMove>& moves);
+  CageDesign(TriangleMesh mesh, TriangleMesh cage, Eigen::VectorXd initial_theta, const std::vector<VertexMove>& moves);
 
   int num_parameters() const { return static_cast<int>(initial_theta_.size()); }
   int num_vertices() const { return static_cast<int>(mesh_.vertices.size()); }

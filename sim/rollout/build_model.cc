@@ -1,0 +1,236 @@
+#include "sim/rollout/build_model.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "sim/multibody/motions.h"
+
+namespace knap {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+template <class... Ts>
+struct Overloaded : Ts... {
+  using Ts::operator()...;
+};
+template <class... Ts>
+Overloaded(Ts...) -> Overloaded<Ts...>;
+
+Matrix3d RotationFromRpy(const Vector3d& rpy) {
+  return (Eigen::AngleAxisd(rpy.z(), Vector3d::UnitZ()) * Eigen::AngleAxisd(rpy.y(), Vector3d::UnitY()) *
+          Eigen::AngleAxisd(rpy.x(), Vector3d::UnitX()))
+      .toRotationMatrix();
+}
+
+constexpr double kPi = 3.141592653589793238462643383279502884;
+
+double CalcSphereVolume(double radius) { return 4.0 / 3.0 * kPi * radius * radius * radius; }
+
+Matrix6d MakeInertia(const Body& body) {
+  if (!body.inertia) return Matrix6d::Zero();
+  const auto solid = [&](double mass) {
+    const SphereShape* sphere = body.shape ? std::get_if<SphereShape>(&*body.shape) : nullptr;
+    if (sphere == nullptr) {
+      throw std::runtime_error(
+          fmt::format("body '{}': a solid inertia needs a sphere as shape; give it explicitly", body.name));
+    }
+    return MakeSpatialInertia(mass, Vector3d::Zero(), 0.4 * mass * sphere->radius * sphere->radius * Matrix3d::Identity());
+  };
+  return std::visit(Overloaded{[&](const SolidInertia& i) { return solid(i.mass); },
+                               [&](const DensityInertia& i) {
+                                 const SphereShape* sphere = body.shape ? std::get_if<SphereShape>(&*body.shape) : nullptr;
+                                 return solid(i.density * (sphere ? CalcSphereVolume(sphere->radius) : 0.0));
+                               },
+                               [](const ExplicitInertia& i) {
+                                 Matrix3d I = i.moments.asDiagonal();
+                                 I(0, 1) = I(1, 0) = i.products(0);
+                                 I(0, 2) = I(2, 0) = i.products(1);
+                                 I(1, 2) = I(2, 1) = i.products(2);
+                                 return MakeSpatialInertia(i.mass, i.center, I);
+                               }},
+                    *body.inertia);
+}
+
+PrescribedMotion MakeMotion(const Motion& motion) {
+  return std::visit(Overloaded{[](const ZigzagMotion& m) -> PrescribedMotion {
+                                 const Zigzag zigzag{m.amplitude, m.period, m.sharpness, m.forward_speed, m.stop_at};
+                                 return [zigzag](double time) { return CalcZigzag(zigzag, time); };
+                               },
+                               [](const ConstantVelocityMotion& m) -> PrescribedMotion {
+                                 return [m](double time) {
+                                   return CalcConstantVelocity(m.velocity, m.angular_velocity, time);
+                                 };
+                               }},
+                    motion);
+}
+
+// Adds bodies one by one and remembers the initial state of their joints.
+class Builder {
+ public:
+  explicit Builder(const Scene& scene) : scene_(scene) { model_.tree.gravity = scene.gravity; }
+
+  void Add(const Body& body) {
+    TreeBody tree_body;
+    tree_body.name = body.name;
+    tree_body.parent = body.parent == kWorldName ? -1 : model_.body_index.at(body.parent);
+    tree_body.X_PF = {RotationFromRpy(body.joint.orientation_rpy), body.joint.position};
+    const Matrix6d M = MakeInertia(body);
+    std::visit(Overloaded{
+                   [&](const FixedJoint&) { Append(tree_body, M, {}, {}); },
+                   [&](const PrescribedJoint& j) {
+                     tree_body.joint = JointType::kPrescribed;
+                     tree_body.motion = MakeMotion(j.motion);
+                     Append(tree_body, M, {}, {});
+                   },
+                   [&](const RevoluteJoint& j) {
+                     Append(Single(tree_body, JointType::kRevolute, j.axis, j.damping), M, {j.initial.angle},
+                            {j.initial.rate});
+                   },
+                   [&](const PrismaticJoint& j) {
+                     Append(Single(tree_body, JointType::kPrismatic, j.axis, j.damping), M, {j.initial.displacement},
+                            {j.initial.speed});
+                   },
+                   [&](const BallJoint& j) {
+                     AddBall(tree_body, M, j.damping, j.initial.orientation_rpy, j.initial.angular_velocity);
+                   },
+                   [&](const PlanarJoint& j) {
+                     const auto& s = j.initial;
+                     AddMassless(Single(tree_body, JointType::kPrismatic, Vector3d::UnitX(), j.linear_damping),
+                                 {s.position.x()}, {s.velocity.x()}, &tree_body);
+                     AddMassless(Single(tree_body, JointType::kPrismatic, Vector3d::UnitY(), j.linear_damping),
+                                 {s.position.y()}, {s.velocity.y()}, &tree_body);
+                     Append(Single(tree_body, JointType::kRevolute, Vector3d::UnitZ(), j.angular_damping), M,
+                            {s.angle}, {s.angular_velocity});
+                   },
+                   [&](const FreeJoint& j) {
+                     const auto& s = j.initial;
+                     TreeBody slide = tree_body;
+                     slide.joint = JointType::kTranslation;
+                     AddMassless(slide, {s.position.x(), s.position.y(), s.position.z()},
+                                 {s.velocity.x(), s.velocity.y(), s.velocity.z()}, &tree_body);
+                     AddBall(tree_body, M, 0.0, s.orientation_rpy, s.angular_velocity);
+                   },
+               },
+               body.joint.kind);
+    model_.body_index[body.name] = model_.tree.size() - 1;
+  }
+
+  SceneModel Finish() {
+    model_.q0 = Eigen::Map<const VectorXd>(q_.data(), static_cast<Eigen::Index>(q_.size()));
+    model_.v0 = Eigen::Map<const VectorXd>(v_.data(), static_cast<Eigen::Index>(v_.size()));
+    return std::move(model_);
+  }
+
+  SceneModel& model() { return model_; }
+
+ private:
+  static TreeBody Single(TreeBody body, JointType joint, const Vector3d& axis, double damping) {
+    body.joint = joint;
+    body.axis = axis.normalized();
+    body.damping = damping;
+    return body;
+  }
+
+  void Append(TreeBody body, const Matrix6d& M, std::vector<double> q, std::vector<double> v) {
+    body.M = M;
+    model_.tree.AddBody(std::move(body));
+    q_.insert(q_.end(), q.begin(), q.end());
+    v_.insert(v_.end(), v.begin(), v.end());
+  }
+
+  // An inner body of a compound joint; *next becomes its child at the same place.
+  void AddMassless(const TreeBody& body, std::vector<double> q, std::vector<double> v, TreeBody* next) {
+    Append(body, Matrix6d::Zero(), std::move(q), std::move(v));
+    next->parent = model_.tree.size() - 1;
+    next->X_PF = Pose{};
+  }
+
+  void AddBall(TreeBody body, const Matrix6d& M, double damping, const Vector3d& rpy, const Vector3d& w_F) {
+    body.joint = JointType::kBall;
+    body.damping = damping;
+    const Matrix3d R_FB = RotationFromRpy(rpy);
+    const Eigen::Quaterniond q(R_FB);
+    const Vector3d w_B = R_FB.transpose() * w_F;
+    Append(body, M, {q.x(), q.y(), q.z(), q.w()}, {w_B.x(), w_B.y(), w_B.z()});
+  }
+
+  const Scene& scene_;
+  SceneModel model_;
+  std::vector<double> q_;
+  std::vector<double> v_;
+};
+
+const Body& FindBody(const Scene& scene, const std::string& name) {
+  for (const Body& body : scene.bodies) {
+    if (body.name == name) return body;
+  }
+  throw std::runtime_error(fmt::format("no body '{}'", name));
+}
+
+SphereContact MakeContact(const Scene& scene, const SceneModel& model, const Contact& contact,
+                          const std::shared_ptr<const ContactMesh>& mesh) {
+  const auto sphere_of = [&](const std::string& name) {
+    const Body& body = FindBody(scene, name);
+    return body.shape ? std::get_if<SphereShape>(&*body.shape) : nullptr;
+  };
+  const bool first = sphere_of(contact.bodies[0]) != nullptr;
+  const std::string& ball = contact.bodies[first ? 0 : 1];
+  const std::string& surface = contact.bodies[first ? 1 : 0];
+  const SphereShape* sphere = sphere_of(ball);
+  const Body& other = FindBody(scene, surface);
+  const bool on_mesh = other.shape && std::holds_alternative<DesignedMeshShape>(*other.shape);
+  const bool on_plane = other.shape && std::holds_alternative<HalfSpaceShape>(*other.shape);
+  if (sphere == nullptr || !(on_mesh || on_plane)) {
+    throw std::runtime_error(fmt::format("contact of '{}' and '{}': one must be a sphere, the other a half_space or the designed mesh",
+                                         contact.bodies[0], contact.bodies[1]));
+  }
+  SphereContact out;
+  out.sphere_body = model.body_index.at(ball);
+  out.surface_body = model.body_index.at(surface);
+  out.radius = sphere->radius;
+  out.mesh = on_mesh ? mesh : nullptr;
+  out.material = {contact.stiffness, contact.damping, contact.friction, contact.rolling_resistance, contact.slip_speed};
+  if (model.tree.IsDynamic(out.surface_body)) {
+    throw std::runtime_error(
+        fmt::format("contact of '{}' and '{}': '{}' moves freely; the surface of a contact must be on a fixed or "
+                    "prescribed body",
+                    ball, surface, surface));
+  }
+  return out;
+}
+
+}  // namespace
+
+SceneModel BuildModel(const Scene& scene, std::shared_ptr<const ContactMesh> mesh) {
+  Builder builder(scene);
+  // Parents first, else in the order of the file.
+  std::vector<bool> added(scene.bodies.size(), false);
+  for (std::size_t count = 0; count < scene.bodies.size(); ++count) {
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+      const Body& body = scene.bodies[i];
+      if (added[i] || (body.parent != kWorldName && builder.model().body_index.count(body.parent) == 0)) continue;
+      builder.Add(body);
+      added[i] = true;
+      break;
+    }
+  }
+  SceneModel model = builder.Finish();
+  for (const Body& body : scene.bodies) {
+    const bool designed = body.shape && std::holds_alternative<DesignedMeshShape>(*body.shape);
+    if (designed && model.tree.IsDynamic(model.body_index.at(body.name))) {
+      throw std::runtime_error(fmt::format(
+          "body '{}': a designed mesh must be on a fixed or prescribed body; its mass would have to follow the design",
+          body.name));
+    }
+  }
+  for (const Contact& contact : scene.contacts) model.contacts.push_back(MakeContact(scene, model, contact, mesh));
+  return model;
+}
+
+}  // namespace knap

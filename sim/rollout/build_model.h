@@ -1,0 +1,30 @@
+// Turns a scene and a designed mesh into what the simulator runs: a tree, contacts, an initial state.
+//
+// A free joint becomes a translation and a ball, a planar joint two prismatic ones and a revolute; the named body is
+// the last of them. Bodies may be listed in any order.
+#pragma once
+
+#include <Eigen/Dense>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "sim/contact/contact_model.h"
+#include "sim/multibody/tree.h"
+#include "sim/scenarios/scene.h"
+
+namespace knap {
+
+struct SceneModel {
+  Tree tree;
+  std::vector<SphereContact> contacts;
+  std::map<std::string, int> body_index;  // name → index in the tree
+  Eigen::VectorXd q0;
+  Eigen::VectorXd v0;
+};
+
+// `mesh` is the designed body's, null without one. Throws std::runtime_error with one line naming what this simulator
+// cannot do: a contact between two moving bodies, a contact without a sphere, a designed body that moves freely.
+SceneModel BuildModel(const Scene& scene, std::shared_ptr<const ContactMesh> mesh);
+
+}  // namespace knap
