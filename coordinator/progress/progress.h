@@ -1,0 +1,74 @@
+// How far the run is, on stderr: one bar redrawn in place on a terminal, plain lines now and then elsewhere.
+//
+// The text is a pure function of a ProgressState; the reporter only decides when to write. Time comes with the state,
+// so nothing here reads a clock.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <ostream>
+#include <string>
+
+namespace knap {
+
+enum class ProgressPhase { kLearning, kTesting };
+
+struct ProgressState {
+  std::string title;                    // "pushing ours"
+  ProgressPhase phase = ProgressPhase::kLearning;
+  double elapsed_s = 0.0;               // since the phase began; never decreases within it
+  int batch = 0, batches = 0;           // t of T; 0 before the first
+  int evaluation = 0, max_evaluations = 0;  // of this batch
+  std::optional<double> loss, best_loss;    // of this batch; unset: none yet, or rejected
+  int tested = 0, tests = 0;            // rollouts of the test, in phase kTesting
+  std::int64_t rollouts = 0;            // answered so far
+  int workers_alive = 0, workers_wanted = 0;  // wanted 0: whoever comes
+  std::int64_t retries = 0;             // requests sent again
+};
+
+// Done part of the phase in [0, 1]. Learning counts batches, and within one its evaluations; a batch may end early, so
+// this jumps forward but never back.
+double CalcDonePart(const ProgressState& state);
+
+// Seconds left if the rest goes like what is done; unset before 2 s and 1%.
+std::optional<double> CalcTimeLeft(const ProgressState& state);
+
+// "0:07", "12:34", "1:02:03"; seconds are rounded.
+std::string FormatDuration(double seconds);
+
+// One line without a line end, at most `width` >= 20 columns: a bar, then as many of the figures as fit, the most
+// important first. Escape sequences for colour take no column; without `colour` there are none.
+std::string FormatProgressBar(const ProgressState& state, int width, bool colour);
+
+// One complete line for logs, without a line end, colour or control character.
+std::string FormatProgressLine(const ProgressState& state);
+
+// What the stream of a file descriptor can do. Colour needs a terminal that is not "dumb" and NO_COLOR unset or empty
+// (no-color.org).
+struct TerminalTraits {
+  bool is_terminal = false;
+  bool colour = false;
+  int width = 80;
+};
+TerminalTraits DetectTerminal(int file_descriptor);
+
+// Writes at most ten bars a second; elsewhere a line when a batch or the phase begins, but no two within a second, and
+// one at least every five seconds (of Update calls: it has no timer).
+class ProgressReporter {
+ public:
+  ProgressReporter(std::ostream& out, const TerminalTraits& traits);
+
+  void Update(const ProgressState& state);
+  void Clear();                            // wipes the bar, so that another line can be written; no effect elsewhere
+  void Finish(const ProgressState& state); // writes the last state whatever the rate, and ends the line
+
+ private:
+  void Write(const ProgressState& state);
+
+  std::ostream& out_;
+  TerminalTraits traits_;
+  bool bar_drawn_ = false;
+  std::optional<ProgressState> last_;  // as written
+};
+
+}  // namespace knap

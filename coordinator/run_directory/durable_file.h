@@ -1,0 +1,39 @@
+// Files that survive a crash: one owned descriptor with checked writes, and whole files replaced in one step.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace knap {
+
+// An open file. Every failure throws std::system_error whose text names the path. Not copyable.
+class DurableFile {
+ public:
+  // flags and mode as for open(2); O_CLOEXEC is added.
+  DurableFile(const std::filesystem::path& path, int flags, unsigned mode = 0644);
+  DurableFile(DurableFile&& other) noexcept;
+  DurableFile& operator=(DurableFile&& other) noexcept;
+  ~DurableFile();
+
+  const std::filesystem::path& path() const { return path_; }
+  std::string ReadAll() const;             // from the beginning; leaves the write position at the end
+  void Write(std::string_view bytes);      // all of them: the kernel has them when it returns
+  void Sync();                             // fdatasync: the disk has them
+  void Truncate(std::uint64_t size);       // and moves the write position there
+  bool TryLock();                          // flock, exclusive; false when another process holds it
+
+ private:
+  std::filesystem::path path_;
+  int descriptor_ = -1;
+};
+
+// Replaces `path` by a file with this text: a temporary file in the same folder, fsync, rename, fsync of the folder. A
+// reader, or a run after a crash, sees the old file or the new one, never a part.
+void WriteFileAtomically(const std::filesystem::path& path, std::string_view text);
+
+// The text of a file; throws std::system_error naming the path.
+std::string ReadFile(const std::filesystem::path& path);
+
+}  // namespace knap

@@ -1,0 +1,125 @@
+#include "coordinator/run_directory/journal.h"
+
+#include <fcntl.h>
+
+#include <cstddef>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "coordinator/run_directory/crc32c.h"
+
+namespace knap {
+namespace {
+
+constexpr std::string_view kMagic = "knap journal 1\n";
+constexpr std::size_t kPrefix = 16;  // length, checksum, sequence
+constexpr std::size_t kMaxPayload = std::size_t{1} << 30;
+
+template <typename Unsigned>
+void AppendInteger(std::string& bytes, Unsigned value) {
+  for (std::size_t k = 0; k < sizeof(Unsigned); ++k) bytes.push_back(static_cast<char>((value >> (8 * k)) & 0xFFu));
+}
+
+template <typename Unsigned>
+Unsigned ReadInteger(std::string_view bytes) {
+  Unsigned value = 0;
+  for (std::size_t k = 0; k < sizeof(Unsigned); ++k) {
+    value |= static_cast<Unsigned>(static_cast<unsigned char>(bytes[k])) << (8 * k);
+  }
+  return value;
+}
+
+std::string EncodeRecord(std::uint64_t sequence, std::string_view payload) {
+  std::string length, tail;
+  AppendInteger(length, static_cast<std::uint32_t>(payload.size()));
+  AppendInteger(tail, sequence);
+  tail += payload;
+  std::string record = length;
+  AppendInteger(record, CalcCrc32c(tail, CalcCrc32c(length)));
+  return record + tail;
+}
+
+// The payload of a whole, undamaged record at the front of `bytes`.
+std::optional<std::string_view> DecodeRecord(std::string_view bytes, std::uint64_t sequence) {
+  if (bytes.size() < kPrefix || ReadInteger<std::uint64_t>(bytes.substr(8)) != sequence) return std::nullopt;
+  const std::size_t length = ReadInteger<std::uint32_t>(bytes);
+  if (length > bytes.size() - kPrefix) return std::nullopt;
+  const std::uint32_t crc = CalcCrc32c(bytes.substr(8, 8 + length), CalcCrc32c(bytes.substr(0, 4)));
+  if (crc != ReadInteger<std::uint32_t>(bytes.substr(4))) return std::nullopt;
+  return bytes.substr(kPrefix, length);
+}
+
+// Whether any whole record stands in `bytes` with a sequence number above `sequence`.
+bool HoldsLaterRecord(std::string_view bytes, std::uint64_t sequence) {
+  const std::uint64_t highest = sequence + bytes.size() / kPrefix;
+  for (; bytes.size() >= kPrefix; bytes.remove_prefix(1)) {
+    const auto candidate = ReadInteger<std::uint64_t>(bytes.substr(8));
+    if (candidate > sequence && candidate <= highest && DecodeRecord(bytes, candidate)) return true;
+  }
+  return false;
+}
+
+[[noreturn]] void Refuse(const std::filesystem::path& path, const std::string& what) {
+  throw std::runtime_error(path.string() + ": " + what);
+}
+
+void Lock(DurableFile& file) {
+  if (!file.TryLock()) Refuse(file.path(), "another process is using this run");
+}
+
+}  // namespace
+
+Journal::Journal(DurableFile file, std::uint64_t next_sequence)
+    : file_(std::move(file)), next_sequence_(next_sequence) {}
+
+Journal Journal::Create(const std::filesystem::path& path, std::string_view config_hash) {
+  if (std::filesystem::exists(path)) Refuse(path, "exists already");
+  WriteFileAtomically(path, EncodeRecord(0, std::string(kMagic) + std::string(config_hash)));
+  DurableFile file(path, O_RDWR | O_APPEND);
+  Lock(file);
+  return Journal(std::move(file), 1);
+}
+
+Journal::Opened Journal::Open(const std::filesystem::path& path, std::string_view config_hash) {
+  DurableFile file(path, O_RDWR | O_APPEND);
+  Lock(file);
+  const std::string bytes = file.ReadAll();
+  const std::optional<std::string_view> header = DecodeRecord(bytes, 0);
+  if (!header || header->substr(0, kMagic.size()) != kMagic) Refuse(path, "not a knap journal, or its header is damaged");
+  if (header->substr(kMagic.size()) != config_hash) Refuse(path, "belongs to a run with another configuration");
+
+  std::vector<std::string> payloads;
+  std::size_t offset = kPrefix + header->size();
+  std::uint64_t sequence = 1;
+  const std::string_view all = bytes;
+  while (offset < all.size()) {
+    const std::optional<std::string_view> payload = DecodeRecord(all.substr(offset), sequence);
+    if (!payload) break;
+    payloads.emplace_back(*payload);
+    offset += kPrefix + payload->size();
+    ++sequence;
+  }
+  const std::uint64_t torn_bytes = all.size() - offset;
+  if (torn_bytes > 0) {
+    if (HoldsLaterRecord(all.substr(offset + 1), sequence)) {
+      Refuse(path, "corrupted: record " + std::to_string(sequence) + " at byte " + std::to_string(offset) +
+                       " is damaged, and valid records follow it");
+    }
+    file.Truncate(offset);
+    file.Sync();
+  }
+  return {Journal(std::move(file), sequence), std::move(payloads), torn_bytes};
+}
+
+void Journal::Append(std::string_view payload) {
+  if (payload.size() > kMaxPayload) throw std::invalid_argument("Journal::Append: the payload exceeds 1 GiB");
+  if (failed_) Refuse(file_.path(), "an earlier write failed, nothing more can be journaled");
+  failed_ = true;  // until proven otherwise
+  file_.Write(EncodeRecord(next_sequence_, payload));
+  file_.Sync();
+  failed_ = false;
+  ++next_sequence_;
+}
+
+}  // namespace knap

@@ -1,0 +1,73 @@
+#include "coordinator/run_directory/result_document.h"
+
+#include <cmath>
+#include <stdexcept>
+
+namespace knap {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+void CheckFinite(const Json& json, const std::string& path) {
+  if (json.is_number_float() && !std::isfinite(json.get<double>())) {
+    throw std::runtime_error("JSON cannot hold the value of " + (path.empty() ? "/" : path) + ": it is not finite");
+  }
+  if (!json.is_structured()) return;
+  for (const auto& [key, value] : json.items()) CheckFinite(value, path + "/" + key);
+}
+
+Json MakeFigures(const TestSummary& test) {
+  return {{"loss_mean", test.loss_mean}, {"loss_std", test.loss_std}, {"success_rate", test.success_rate}};
+}
+
+}  // namespace
+
+Json MakeResultJson(const ResultDocument& document) {
+  const ParameterSpec& parameters = document.parameters;
+  if (document.learned.size() != parameters.names.size()) {
+    throw std::invalid_argument("result: " + std::to_string(document.learned.size()) + " learned values for " +
+                                std::to_string(parameters.names.size()) + " parameters");
+  }
+  if (document.test_initial.variations != document.test_learned.variations ||
+      document.test_initial.seed != document.test_learned.seed) {
+    throw std::invalid_argument("result: the initial and the learned design were tested on different variations");
+  }
+  return {{"schema", 1},
+          {"scenario", document.scenario},
+          {"method", document.method},
+          {"seed", document.seed},
+          {"theta",
+           {{"names", parameters.names},
+            {"lower", parameters.lower},
+            {"upper", parameters.upper},
+            {"initial", parameters.initial},
+            {"learned", document.learned}}},
+          {"test",
+           {{"variations", document.test_learned.variations},
+            {"seed", document.test_learned.seed},
+            {"initial", MakeFigures(document.test_initial)},
+            {"learned", MakeFigures(document.test_learned)}}},
+          {"rollouts",
+           {{"total", document.rollouts_total},
+            {"distinct", document.rollouts_distinct},
+            {"reissued", document.rollouts_reissued}}},
+          {"wall_s", document.wall_s}};
+}
+
+Json MakeEvaluationJson(const TestSummary& summary) {
+  Json json = {{"variations", summary.variations}, {"seed", summary.seed}};
+  json.update(MakeFigures(summary));
+  json["loss_mean_95"] = {summary.loss_interval.lower, summary.loss_interval.upper};
+  json["success_rate_95"] = {summary.success_interval.lower, summary.success_interval.upper};
+  json["worst_decile_loss"] = summary.worst_decile_loss;
+  json["not_converged"] = summary.not_converged;
+  json["not_finite"] = summary.not_finite;
+  return json;
+}
+
+std::string MakeJsonText(const Json& json, int indent) {
+  CheckFinite(json, "");
+  return json.dump(indent);
+}
+
+}  // namespace knap

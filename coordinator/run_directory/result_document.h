@@ -1,0 +1,36 @@
+// result.json, the outcome of a run, and the fuller evaluation.json beside it [design §6].
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "coordinator/learning/evaluation.h"
+#include "coordinator/learning/problem.h"
+
+namespace knap {
+
+struct ResultDocument {
+  std::string scenario, method;
+  std::uint64_t seed = 0;
+  ParameterSpec parameters;
+  std::vector<double> learned;  // theta, d values
+  TestSummary test_initial, test_learned;  // on the same variations: equal `variations` and `seed`
+  std::int64_t rollouts_total = 0;     // asked for
+  std::int64_t rollouts_distinct = 0;  // different request ids among them
+  std::int64_t rollouts_reissued = 0;  // leases given again after the first
+  double wall_s = 0.0;
+};
+
+// Schema 1 of design §6, members in its order. Throws std::invalid_argument when the document contradicts itself.
+nlohmann::ordered_json MakeResultJson(const ResultDocument& document);
+
+// One TestSummary in full: the schema's three figures, worst decile, 95% intervals, counts of untrusted rollouts.
+nlohmann::ordered_json MakeEvaluationJson(const TestSummary& summary);
+
+// The text of `json`, with an indent of so many spaces or in one line (-1). Doubles read back to the same bits. JSON
+// has no NaN or infinity and the library would write null: throws std::runtime_error with the path of such a number.
+std::string MakeJsonText(const nlohmann::ordered_json& json, int indent);
+
+}  // namespace knap

@@ -1,0 +1,89 @@
+#include "coordinator/run_directory/run_logs.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "coordinator/run_directory/result_document.h"
+
+namespace knap {
+namespace {
+
+// Quoted as in RFC 4180 when the text needs it.
+std::string MakeCsvField(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"') quoted += '"';
+    quoted += c;
+  }
+  return quoted + "\"";
+}
+
+std::string FormatMicroseconds(std::int64_t time_us) {
+  return fmt::format("{}.{:06}", time_us / 1000000, time_us % 1000000);
+}
+
+std::int64_t RoundToMicroseconds(double time_s) { return std::llround(std::max(0.0, time_s) * 1e6); }
+
+// Opens for appending whole lines; a last line without its end is the trace of a crash and goes.
+DurableFile OpenLines(const std::filesystem::path& path, const std::string& first_line) {
+  DurableFile file(path, O_RDWR | O_CREAT | O_APPEND);
+  const std::string text = file.ReadAll();
+  const std::size_t end = text.rfind('\n');
+  const std::size_t whole = end == std::string::npos ? 0 : end + 1;
+  if (whole < text.size()) file.Truncate(whole);
+  if (whole == 0) file.Write(first_line);
+  return file;
+}
+
+std::string MakeMetricsHeader(const std::vector<std::string>& parameter_names) {
+  std::string line =
+      "time_s,batch,evaluation,loss,task_loss,distillation_loss,gradient_norm,best_loss,accepted,successes,rollouts,"
+      "untrusted";
+  for (const std::string& name : parameter_names) line += "," + MakeCsvField(name);
+  return line + "\n";
+}
+
+}  // namespace
+
+MetricsLog::MetricsLog(const std::filesystem::path& path, const std::vector<std::string>& parameter_names)
+    : file_(path, O_WRONLY | O_CREAT | O_TRUNC | O_APPEND) {
+  file_.Write(MakeMetricsHeader(parameter_names));
+}
+
+void MetricsLog::Append(double time_s, const LearningEvaluation& evaluation) {
+  last_time_us_ = std::max(RoundToMicroseconds(time_s), last_time_us_ + 1);
+  const BatchEvaluation& value = evaluation.value;
+  std::string line = fmt::format("{},{},{},{},{},{},{},{},{:d},{},{},{}", FormatMicroseconds(last_time_us_),
+                                 evaluation.batch, evaluation.evaluation, value.loss, value.task_loss,
+                                 value.distillation_loss, value.gradient_norm, evaluation.best_loss, value.accepted,
+                                 value.successes, evaluation.rollouts, value.untrusted);
+  for (const double theta : value.theta) line += fmt::format(",{}", theta);
+  file_.Write(line + "\n");
+}
+
+RolloutLog::RolloutLog(const std::filesystem::path& path)
+    : file_(OpenLines(path, "id,kind,variation,worker,attempt,loss,success,converged,time_s,forward_s,gradient_s\n")) {}
+
+void RolloutLog::Append(const RolloutRow& row) {
+  std::string variation;
+  for (const double value : row.variation) variation += fmt::format("{}{}", variation.empty() ? "" : " ", value);
+  file_.Write(fmt::format("{},{},{},{},{},{},{:d},{:d},{},{},{}\n", MakeCsvField(row.id), MakeCsvField(row.kind),
+                          variation, MakeCsvField(row.worker), row.attempt, row.loss, row.success, row.converged,
+                          FormatMicroseconds(RoundToMicroseconds(row.time_s)), row.forward_s, row.gradient_s));
+}
+
+EventLog::EventLog(const std::filesystem::path& path) : file_(OpenLines(path, "")) {}
+
+void EventLog::Append(double time_s, const std::string& event, const nlohmann::ordered_json& details) {
+  nlohmann::ordered_json line = {{"time_s", static_cast<double>(RoundToMicroseconds(time_s)) * 1e-6},
+                                 {"event", event}};
+  for (const auto& [key, value] : details.items()) line[key] = value;
+  file_.Write(MakeJsonText(line, -1) + "\n");
+}
+
+}  // namespace knap

@@ -1,0 +1,70 @@
+// The run's growing files: metrics.csv, rollouts.csv and events.jsonl [design §6].
+//
+// Each row reaches the kernel before the call returns, so a killed program loses none. Numbers are written in the
+// shortest form that reads back to the same bits; a rejected evaluation shows inf. Failures throw std::system_error.
+//
+// On resume, events.jsonl and rollouts.csv go on where they stopped, without the half line a crash may have left.
+// metrics.csv begins anew: the resumed run repeats every evaluation from the journal, and its rows with it.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "coordinator/learning/schedule.h"
+#include "coordinator/run_directory/durable_file.h"
+
+namespace knap {
+
+// metrics.csv: one row an optimizer evaluation. Columns: time_s, batch, evaluation, loss, task_loss, distillation_loss,
+// gradient_norm, best_loss, accepted (0 or 1), successes, rollouts (so far), untrusted, then each parameter by name.
+class MetricsLog {
+ public:
+  MetricsLog(const std::filesystem::path& path, const std::vector<std::string>& parameter_names);
+
+  // time_s: seconds since the program's start. Written with microseconds, and moved up by the least amount that keeps
+  // the column strictly increasing.
+  void Append(double time_s, const LearningEvaluation& evaluation);
+
+ private:
+  DurableFile file_;
+  std::int64_t last_time_us_ = -1;
+};
+
+struct RolloutRow {
+  double time_s = 0.0;              // when the answer came, since the program's start
+  std::string id;                   // the request's content id
+  std::string kind;                 // task, distillation, start, test, …
+  std::vector<double> variation;    // one column, values separated by spaces
+  std::string worker;
+  int attempt = 1;                  // the lease that was answered, from 1
+  double loss = 0.0;
+  bool success = false, converged = false;
+  double forward_s = 0.0, gradient_s = 0.0;  // the worker's own wall times
+};
+
+// rollouts.csv: one row a rollout result. Columns as the members above, in the order id, kind, variation, worker,
+// attempt, loss, success, converged, time_s, forward_s, gradient_s.
+class RolloutLog {
+ public:
+  explicit RolloutLog(const std::filesystem::path& path);
+  void Append(const RolloutRow& row);
+
+ private:
+  DurableFile file_;
+};
+
+// events.jsonl: one JSON object a line, beginning with time_s and event.
+class EventLog {
+ public:
+  explicit EventLog(const std::filesystem::path& path);
+  // details: an object whose members follow the two. Throws std::runtime_error when a number in it is not finite.
+  void Append(double time_s, const std::string& event, const nlohmann::ordered_json& details);
+
+ private:
+  DurableFile file_;
+};
+
+}  // namespace knap

@@ -1,0 +1,117 @@
+#include "coordinator/learning/evaluation.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace knap {
+namespace {
+
+RolloutOutcome MakeOutcome(double loss, bool success, bool converged = true) {
+  RolloutOutcome outcome;
+  outcome.loss = loss;
+  outcome.success = success;
+  outcome.certificate = {.finite = std::isfinite(loss), .converged = converged, .smooth = true};
+  return outcome;
+}
+
+// Published examples: E. B. Wilson's interval at 95% for 15 of 20 and 81 of 263 (the latter in R. G. Newcombe,
+// Statistics in Medicine 17, 1998, Table I, method 3: 0.2553 to 0.3662), and 0 of 20 (0 to 0.1611).
+TEST(EvaluationTest, WilsonIntervalGivesThePublishedLimits) {
+  const Interval newcombe = CalcWilsonInterval(81, 263);
+  EXPECT_NEAR(newcombe.lower, 0.2553, 5e-5);
+  EXPECT_NEAR(newcombe.upper, 0.3662, 5e-5);
+  const Interval none = CalcWilsonInterval(0, 20);
+  EXPECT_EQ(none.lower, 0.0);
+  EXPECT_NEAR(none.upper, 0.1611, 5e-5);
+  const Interval all = CalcWilsonInterval(20, 20);
+  EXPECT_EQ(all.upper, 1.0);
+  EXPECT_NEAR(all.lower, 1.0 - 0.1611, 5e-5);
+  EXPECT_THROW(CalcWilsonInterval(1, 0), std::invalid_argument);
+}
+
+TEST(EvaluationTest, SummaryCountsAndAverages) {
+  std::vector<RolloutOutcome> outcomes;
+  for (int i = 1; i <= 20; ++i) outcomes.push_back(MakeOutcome(i, i <= 15));
+  const TestSummary summary = SummarizeTest(outcomes, 42);
+  EXPECT_EQ(summary.variations, 20);
+  EXPECT_EQ(summary.seed, 42u);
+  EXPECT_DOUBLE_EQ(summary.loss_mean, 10.5);
+  EXPECT_NEAR(summary.loss_std, std::sqrt(35.0), 1e-13);  // (n² - 1)/12 · n/(n-1) for 1 … n
+  EXPECT_NEAR(summary.loss_interval.upper - 10.5, 1.959964 * std::sqrt(35.0 / 20.0), 1e-6);
+  EXPECT_DOUBLE_EQ(summary.worst_decile_loss, 19.5);
+  EXPECT_DOUBLE_EQ(summary.success_rate, 0.75);
+  EXPECT_EQ(summary.success_interval.lower, CalcWilsonInterval(15, 20).lower);
+  EXPECT_EQ(summary.not_converged, 0);
+}
+
+TEST(EvaluationTest, DistrustNeverLooksLikeSuccess) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<RolloutOutcome> outcomes = {MakeOutcome(1, true), MakeOutcome(3, true, false),
+                                                MakeOutcome(nan, true), MakeOutcome(2, false)};
+  const TestSummary summary = SummarizeTest(outcomes, 0);
+  EXPECT_EQ(summary.not_converged, 1);
+  EXPECT_EQ(summary.not_finite, 1);
+  EXPECT_DOUBLE_EQ(summary.success_rate, 0.25);
+  EXPECT_DOUBLE_EQ(summary.loss_mean, 2.0);
+  EXPECT_DOUBLE_EQ(summary.worst_decile_loss, 3.0);
+  const std::vector<RolloutOutcome> hopeless = {MakeOutcome(nan, false)};
+  EXPECT_THROW(SummarizeTest(hopeless, 0), std::runtime_error);
+}
+
+// Answers loss = variation[0]; success when it is below 0.5; remembers what it was asked.
+class EchoService : public RolloutService {
+ public:
+  std::vector<RolloutOutcome> Evaluate(std::span<const RolloutQuery> queries) override {
+    ++calls;
+    asked.assign(queries.begin(), queries.end());
+    std::vector<RolloutOutcome> outcomes;
+    for (const RolloutQuery& query : queries) {
+      outcomes.push_back(MakeOutcome(query.variation[0], query.variation[0] < 0.5));
+    }
+    return outcomes;
+  }
+  int calls = 0;
+  std::vector<RolloutQuery> asked;
+};
+
+TEST(EvaluationTest, TestVariationsAreReproducibleAndNotTheTrainingOnes) {
+  const VariationSpec spec = {{"start.x", UniformDistribution{0.0, 1.0}}, {"friction", NormalDistribution{0.4, 0.05}}};
+  EchoService service;
+  const TestResult result = EvaluateDesign(spec, {0.1, 0.2}, 200, 9, service);
+  EXPECT_EQ(service.calls, 1);
+  ASSERT_EQ(service.asked.size(), 200u);
+  for (std::size_t i = 0; i < 200; ++i) {
+    const RolloutQuery& query = service.asked[i];
+    EXPECT_EQ(query.theta, (std::vector<double>{0.1, 0.2}));
+    EXPECT_TRUE(query.theta_reference.empty());
+    EXPECT_FALSE(query.gradient);
+    EXPECT_EQ(query.variation, SampleVariation(spec, 9, RandomStream::kTestVariations, i));
+    EXPECT_NE(query.variation, SampleVariation(spec, 9, RandomStream::kTrainingVariations, i));
+    EXPECT_EQ(result.outcomes[i].loss, query.variation[0]);
+  }
+  // 200 uniform draws: mean within 5 · 1/sqrt(12 · 200), rate within 5 · sqrt(1/800).
+  EXPECT_NEAR(result.summary.loss_mean, 0.5, 0.1);
+  EXPECT_NEAR(result.summary.success_rate, 0.5, 0.18);
+  // More variations begin with the same ones.
+  const TestResult fewer = EvaluateDesign(spec, {0.1, 0.2}, 50, 9, service);
+  for (std::size_t i = 0; i < 50; ++i) EXPECT_EQ(fewer.outcomes[i].loss, result.outcomes[i].loss);
+}
+
+TEST(EvaluationTest, SeedsAreSummarized) {
+  std::vector<TestSummary> tests(3);
+  for (int i = 0; i < 3; ++i) {
+    tests[static_cast<std::size_t>(i)].loss_mean = 1.0 + i;
+    tests[static_cast<std::size_t>(i)].success_rate = 0.9;
+  }
+  const SeedSpread spread = SummarizeSeeds(tests);
+  EXPECT_EQ(spread.seeds, 3);
+  EXPECT_DOUBLE_EQ(spread.loss_mean.mean, 2.0);
+  EXPECT_DOUBLE_EQ(spread.loss_mean.standard_deviation, 1.0);
+  EXPECT_NEAR(spread.success_rate.standard_deviation, 0.0, 1e-15);
+}
+
+}  // namespace
+}  // namespace knap
