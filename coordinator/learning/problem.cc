@@ -45,25 +45,25 @@ void CheckParameters(const ParameterSpec& spec) {
   }
 }
 
-void CheckDistribution(const std::string& name, const UniformDistribution& uniform) {
+void CheckDistribution(const std::string& name, const UniformDraw& uniform) {
   if (!(std::isfinite(uniform.lower) && std::isfinite(uniform.upper) && uniform.lower <= uniform.upper)) {
     Refuse("variation ", name, ": uniform on [", uniform.lower, ", ", uniform.upper,
            "]; expected finite values with lower <= upper");
   }
 }
 
-void CheckDistribution(const std::string& name, const NormalDistribution& normal) {
+void CheckDistribution(const std::string& name, const NormalDraw& normal) {
   if (!(std::isfinite(normal.mean) && std::isfinite(normal.standard_deviation) && normal.standard_deviation >= 0.0)) {
     Refuse("variation ", name, ": normal with mean ", normal.mean, " and standard deviation ",
            normal.standard_deviation, "; expected finite values and a standard deviation >= 0");
   }
 }
 
-double Draw(const UniformDistribution& uniform, CounterRandom& random) {
+double Draw(const UniformDraw& uniform, CounterRandom& random) {
   return random.DrawUniform(uniform.lower, uniform.upper);
 }
 
-double Draw(const NormalDistribution& normal, CounterRandom& random) {
+double Draw(const NormalDraw& normal, CounterRandom& random) {
   return normal.mean + normal.standard_deviation * random.DrawNormal();
 }
 

@@ -18,18 +18,18 @@ struct ParameterSpec {
   std::vector<double> initial;       // lower_i <= initial_i <= upper_i
 };
 
-struct UniformDistribution {
+struct UniformDraw {
   double lower = 0.0, upper = 0.0;  // lower <= upper; equal bounds give that value always
 };
 
-struct NormalDistribution {
+struct NormalDraw {
   double mean = 0.0, standard_deviation = 1.0;  // standard_deviation >= 0
 };
 
 // One varied number of the scenario: a start coordinate, a physical parameter, a goal. In the key's own SI unit.
 struct VariationKey {
   std::string name;
-  std::variant<UniformDistribution, NormalDistribution> distribution;
+  std::variant<UniformDraw, NormalDraw> distribution;
 };
 
 using VariationSpec = std::vector<VariationKey>;  // at least one key; names differ

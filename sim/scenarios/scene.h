@@ -292,10 +292,10 @@ using SuccessTest = std::variant<CrossesOpening>;
 
 // ---- Learning -----------------------------------------------------------------------------------------------------
 
-enum class LearningMethod { kOurs, kSimpleContinual, kDiffHand };
+enum class SceneLearningMethod { kOurs, kSimpleContinual, kDiffHand };
 
 struct Learning {
-  LearningMethod method = LearningMethod::kOurs;
+  SceneLearningMethod method = SceneLearningMethod::kOurs;
   std::int64_t variations = 100;          // N
   std::int64_t batch = 5;                 // M, ≤ N
   std::int64_t dimensions_per_batch = 2;  // d', ≤ d where there is a design
