@@ -2,12 +2,13 @@
 //
 //   L(theta) = 1/|B| sum_{i in B} loss(theta; T_i)  +  alpha/|D| sum_{i in D} distill(theta, theta_ref; T_i)
 //
-// B is the batch, D the distillation set (may be empty: then the second term is 0), theta_ref = theta_{t-1}. Sums run in
-// index order, so the bits do not depend on which worker answered first.
+// B is the batch, D the distillation set (may be empty: then the second term is 0), theta_ref = theta_{t-1}. Sums run
+// in index order, so the bits do not depend on which worker answered first.
 //
 // Trust. A rollout is trusted when its certificate says finite and converged. What an untrusted one says is never used:
 //  - At the start, theta_ref, a variation whose rollout is not trusted leaves the batch (or D) until the batch ends, so
-//    that one hopeless variation does not stop the learning and L stays one fixed function. Its mean runs over the rest.
+//    that one hopeless variation does not stop the learning and L stays one fixed function. Its mean runs over the
+//    rest.
 //  - Later, one untrusted rollout rejects the whole evaluation: the optimizer retreats (see bounded_minimizer.h) and
 //    keeps the best trusted point. Dropping the rollout instead would change L between points and reward designs that
 //    break the simulator.
@@ -23,23 +24,23 @@
 namespace knap {
 
 struct BatchEvaluation {
-  std::vector<double> theta{};    // d
-  bool accepted = false;          // every rollout was trusted and L is finite; false: these four are +infinity:
-  double loss = 0.0;              // L
-  double task_loss = 0.0;         // the first term
-  double distillation_loss = 0.0; // the second term without alpha
-  double gradient_norm = 0.0;     // |dL/dtheta|_2 in range-normalised parameters; 0 when no gradient was asked for
-  std::vector<double> gradient{}; // dL/dtheta, d values; empty when rejected or not asked for
-  int rollouts = 0;               // asked for this evaluation
-  int successes = 0;              // trusted task rollouts that succeeded
-  int untrusted = 0;              // rollouts that were not finite or not converged
-  int doubtful_gradients = 0;     // trusted rollouts whose certificate is not smooth (used all the same)
+  std::vector<double> theta{};     // d
+  bool accepted = false;           // every rollout was trusted and L is finite; false: these four are +infinity:
+  double loss = 0.0;               // L
+  double task_loss = 0.0;          // the first term
+  double distillation_loss = 0.0;  // the second term without alpha
+  double gradient_norm = 0.0;      // |dL/dtheta|_2 in range-normalised parameters; 0 when no gradient was asked for
+  std::vector<double> gradient{};  // dL/dtheta, d values; empty when rejected or not asked for
+  int rollouts = 0;                // asked for this evaluation
+  int successes = 0;               // trusted task rollouts that succeeded
+  int untrusted = 0;               // rollouts that were not finite or not converged
+  int doubtful_gradients = 0;      // trusted rollouts whose certificate is not smooth (used all the same)
 };
 
 class BatchObjective {
  public:
-  // task, distillation: the variations' values, in index order; task not empty. range: d values > 0, upper - lower, used
-  // for gradient_norm alone. range and service must outlive the object.
+  // task, distillation: the variations' values, in index order; task not empty. range: d values > 0, upper - lower,
+  // used for gradient_norm alone. range and service must outlive the object.
   BatchObjective(std::vector<std::vector<double>> task, std::vector<std::vector<double>> distillation,
                  std::vector<double> theta_reference, std::span<const double> range, double alpha,
                  RolloutService& service);

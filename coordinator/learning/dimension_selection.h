@@ -22,8 +22,8 @@ namespace knap {
 
 struct DimensionChoice {
   std::vector<std::size_t> dimensions{};  // in order of choice: falling |g|, ties by index; empty: nothing to move
-  double learning_rate = 0.0;           // valid for this batch, after a restart's decay
-  bool restarted = false;               // this choice began with a restart
+  double learning_rate = 0.0;             // valid for this batch, after a restart's decay
+  bool restarted = false;                 // this choice began with a restart
 };
 
 class DimensionSelection {

@@ -81,11 +81,11 @@ TestResult EvaluateDesign(const VariationSpec& variations, const std::vector<dou
   if (n < 1) throw std::invalid_argument("test variations: " + std::to_string(n) + "; expected 1 or more");
   std::vector<RolloutQuery> queries;
   for (int i = 0; i < n; ++i) {
-    queries.push_back({.theta = theta,
-                       .theta_reference = {},
-                       .variation = SampleVariation(variations, seed, RandomStream::kTestVariations,
-                                                    static_cast<std::uint64_t>(i)),
-                       .gradient = false});
+    queries.push_back(
+        {.theta = theta,
+         .theta_reference = {},
+         .variation = SampleVariation(variations, seed, RandomStream::kTestVariations, static_cast<std::uint64_t>(i)),
+         .gradient = false});
   }
   TestResult result{.summary = {}, .outcomes = EvaluateAll(service, queries)};
   result.summary = SummarizeTest(result.outcomes, seed);

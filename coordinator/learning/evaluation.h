@@ -28,16 +28,16 @@ Spread CalcSpread(std::span<const double> values);
 // Losses are over the rollouts with a finite loss; a rollout that is not converged keeps its loss but never counts as a
 // success, and one without a finite loss counts as a failure: distrust never makes a design look better.
 struct TestSummary {
-  int variations = 0;          // n
+  int variations = 0;  // n
   std::uint64_t seed = 0;
   double loss_mean = 0.0;
   double loss_std = 0.0;
-  Interval loss_interval{};    // 95%, of the mean: mean ± 1.959964 std / sqrt(number of finite losses)
+  Interval loss_interval{};        // 95%, of the mean: mean ± 1.959964 std / sqrt(number of finite losses)
   double worst_decile_loss = 0.0;  // mean of the ceil(n/10) largest losses
-  double success_rate = 0.0;   // of all n
-  Interval success_interval{}; // 95%, Wilson
-  int not_converged = 0;       // rollouts with a finite loss whose certificate says not converged
-  int not_finite = 0;          // rollouts without a finite loss
+  double success_rate = 0.0;       // of all n
+  Interval success_interval{};     // 95%, Wilson
+  int not_converged = 0;           // rollouts with a finite loss whose certificate says not converged
+  int not_finite = 0;              // rollouts without a finite loss
 };
 
 // One outcome a variation, in index order; at least one. Throws std::runtime_error when no loss is finite.
@@ -55,7 +55,7 @@ TestResult EvaluateDesign(const VariationSpec& variations, const std::vector<dou
 // The same design method over several seeds: spread of each seed's figures.
 struct SeedSpread {
   int seeds = 0;
-  Spread loss_mean;          // of the seeds' mean losses
+  Spread loss_mean;  // of the seeds' mean losses
   Spread success_rate;
   Spread worst_decile_loss;
 };

@@ -63,8 +63,7 @@ void CheckLearningOptions(const LearningOptions& options, std::size_t dimensions
           options.loss_tolerance, "a finite value >= 0");
   Require(std::isfinite(options.parameter_tolerance) && options.parameter_tolerance >= 0.0, "parameter_tolerance",
           options.parameter_tolerance, "a finite value >= 0");
-  Require(options.first_step > 0.0 && options.first_step <= 1.0, "first_step", options.first_step,
-          "a value in (0, 1]");
+  Require(options.first_step > 0.0 && options.first_step <= 1.0, "first_step", options.first_step, "a value in (0, 1]");
   if (options.rollout_budget) {
     Require(*options.rollout_budget >= 1, "rollout_budget", *options.rollout_budget, "1 or more");
   }

@@ -21,11 +21,11 @@ LearningMethod ParseLearningMethod(const std::string& name);
 
 struct LearningOptions {
   LearningMethod method = LearningMethod::kOurs;
-  int variations = 100;         // N, training variations; >= 1
-  int batch = 5;                // M, variations of a batch and of the distillation set; 1 … N
-  int dimensions_per_batch = 2; // d', 1 … d
-  double alpha = 0.1;           // weight of the distillation loss; >= 0
-  double learning_rate = 0.25;  // half width of the box around theta_{t-1} over each parameter's range; (0, 1]
+  int variations = 100;          // N, training variations; >= 1
+  int batch = 5;                 // M, variations of a batch and of the distillation set; 1 … N
+  int dimensions_per_batch = 2;  // d', 1 … d
+  double alpha = 0.1;            // weight of the distillation loss; >= 0
+  double learning_rate = 0.25;   // half width of the box around theta_{t-1} over each parameter's range; (0, 1]
   double learning_rate_decay = 0.36787944117144233;  // e^-1: factor on the learning rate at each restart; (0, 1]
 
   std::string optimizer = "LD_LBFGS";  // an NLopt algorithm

@@ -86,8 +86,8 @@ std::vector<double> SampleVariation(const VariationSpec& spec, std::uint64_t see
   std::vector<double> values;
   values.reserve(spec.size());
   for (const VariationKey& key : spec) {
-    values.push_back(std::visit([&random](const auto& distribution) { return Draw(distribution, random); },
-                                key.distribution));
+    values.push_back(
+        std::visit([&random](const auto& distribution) { return Draw(distribution, random); }, key.distribution));
   }
   return values;
 }

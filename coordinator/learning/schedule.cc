@@ -103,8 +103,8 @@ class Schedule {
 
   void RunBatch(const BatchStart& start) {
     observer_.OnBatchStart(start);
-    const RandomStream stream = options_.method == LearningMethod::kDiffHand ? RandomStream::kFirstBatch
-                                                                              : RandomStream::kTrainingVariations;
+    const RandomStream stream =
+        options_.method == LearningMethod::kDiffHand ? RandomStream::kFirstBatch : RandomStream::kTrainingVariations;
     BatchObjective objective(SampleVariations(start.variations, stream),
                              SampleVariations(start.distillation, RandomStream::kTrainingVariations), start.theta,
                              range_, options_.alpha, service_);
@@ -172,8 +172,8 @@ class Schedule {
         .value_tolerance = options_.loss_tolerance,
         .step_tolerance = options_.parameter_tolerance,
         .first_step = options_.first_step,
-        .seed = CounterRandom(options_.seed, RandomStream::kOptimizer, static_cast<std::uint64_t>(start.batch))
-                    .DrawBits()};
+        .seed =
+            CounterRandom(options_.seed, RandomStream::kOptimizer, static_cast<std::uint64_t>(start.batch)).DrawBits()};
     const bool with_gradient = UsesGradient(options_.optimizer);
     const MinimizerResult minimum = Minimize(
         [&](const std::vector<double>& x) {

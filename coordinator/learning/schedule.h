@@ -2,8 +2,8 @@
 //
 // Methods, for batches t = 1 … T of M training variations each (T = ceil(N/M), variation indices in order):
 //  ours              theta_t = argmin L_task + alpha L_distill over the chosen d' dimensions (dimension_selection.h) in
-//                    the box |theta_i - theta_{t-1,i}| <= rate · (upper_i - lower_i), intersected with the bounds. D is M
-//                    variations drawn without replacement from all earlier batches, fixed during the batch; empty at
+//                    the box |theta_i - theta_{t-1,i}| <= rate · (upper_i - lower_i), intersected with the bounds. D is
+//                    M variations drawn without replacement from all earlier batches, fixed during the batch; empty at
 //                    t = 1, and when alpha = 0.
 //  simple_continual  theta_t = argmin L_task over all dimensions in the full bounds.
 //  diffhand          T = 1; a batch B_0 of M variations from a stream of its own; otherwise as simple_continual.
@@ -29,8 +29,8 @@
 namespace knap {
 
 struct BatchStart {
-  int batch = 0;    // t, from 1
-  int batches = 0;  // T
+  int batch = 0;                              // t, from 1
+  int batches = 0;                            // T
   std::vector<std::uint64_t> variations{};    // indices in the stream of training variations (diffhand: of B_0), rising
   std::vector<std::uint64_t> distillation{};  // indices of training variations, rising
   std::vector<double> theta{};                // theta_{t-1}
@@ -41,19 +41,19 @@ struct BatchStart {
 struct BatchBox {
   int batch = 0;
   std::vector<std::size_t> dimensions{};  // in order of choice; empty: nothing moves
-  double radius = 0.0;                  // half width over each parameter's range; 1 for the baselines (full bounds)
+  double radius = 0.0;                    // half width over each parameter's range; 1 for the baselines (full bounds)
   bool restarted = false;
-  std::vector<double> lower, upper;     // d each; equal to theta_{t-1} where nothing moves
-  int excluded_task = 0;                // variations whose rollout at the start was not to be trusted
+  std::vector<double> lower, upper;  // d each; equal to theta_{t-1} where nothing moves
+  int excluded_task = 0;             // variations whose rollout at the start was not to be trusted
   int excluded_distillation = 0;
 };
 
 struct LearningEvaluation {
   int batch = 0;
-  int evaluation = 0;        // from 0, the start
+  int evaluation = 0;  // from 0, the start
   BatchEvaluation value{};
-  double best_loss = 0.0;    // of the batch, this evaluation included; +infinity while none was accepted
-  std::int64_t rollouts = 0; // of the whole learning, this evaluation included
+  double best_loss = 0.0;     // of the batch, this evaluation included; +infinity while none was accepted
+  std::int64_t rollouts = 0;  // of the whole learning, this evaluation included
 };
 
 enum class BatchStop {
@@ -67,10 +67,10 @@ const char* GetName(BatchStop stop);
 
 struct BatchEnd {
   int batch = 0;
-  std::vector<double> theta{};  // theta_t
+  std::vector<double> theta{};               // theta_t
   double start_loss = 0.0, best_loss = 0.0;  // +infinity for kNothingTrusted
   int evaluations = 0;
-  int rejected = 0;           // evaluations not accepted
+  int rejected = 0;  // evaluations not accepted
   BatchStop stop = BatchStop::kConverged;
 };
 
@@ -87,15 +87,15 @@ class LearningObserver {
 
 struct LearningResult {
   std::vector<double> theta;
-  std::vector<BatchEnd> batches;    // fewer than T when the budget ended first
+  std::vector<BatchEnd> batches;  // fewer than T when the budget ended first
   std::int64_t evaluations = 0;
-  std::int64_t rejected = 0;        // evaluations
+  std::int64_t rejected = 0;  // evaluations
   std::int64_t rollouts = 0;
-  std::int64_t untrusted = 0;       // rollouts, the excluded ones included
-  std::int64_t excluded = 0;        // variations excluded from a batch or a distillation set
+  std::int64_t untrusted = 0;  // rollouts, the excluded ones included
+  std::int64_t excluded = 0;   // variations excluded from a batch or a distillation set
   std::int64_t doubtful_gradients = 0;
   int restarts = 0;
-  bool budget_exhausted = false;    // the budget ended before the last batch
+  bool budget_exhausted = false;  // the budget ended before the last batch
 };
 
 // A pure function of its arguments as long as the service is: same bits for any number of workers. Throws

@@ -222,8 +222,8 @@ class Search {
   void Require(nlopt_result code) const {
     if (code > 0) return;
     const char* message = nlopt_get_errmsg(opt_.get());
-    throw std::runtime_error("Minimize: NLopt's " + options_.algorithm + " refuses the problem: " +
-                             (message != nullptr ? message : nlopt_result_to_string(code)));
+    throw std::runtime_error("Minimize: NLopt's " + options_.algorithm +
+                             " refuses the problem: " + (message != nullptr ? message : nlopt_result_to_string(code)));
   }
 
   const std::function<ObjectiveValue(const std::vector<double>&)>& f_;
@@ -232,10 +232,10 @@ class Search {
   const bool uses_gradient_;
   NloptHandle opt_;
   std::vector<double> z_lower_, z_upper_, z_best_;
-  double width_ = 0.0;     // widest side of the box in z
-  double steepest_ = 0.0;  // largest |df/dz_i| at the start among coordinates that can descend
-  double factor_ = 1.0;    // what f is multiplied with for NLopt
-  double highest_ = 0.0;   // accepted value
+  double width_ = 0.0;      // widest side of the box in z
+  double steepest_ = 0.0;   // largest |df/dz_i| at the start among coordinates that can descend
+  double factor_ = 1.0;     // what f is multiplied with for NLopt
+  double highest_ = 0.0;    // accepted value
   bool exhausted_ = false;  // max_evaluations reached
   bool broken_ = false;     // NLopt proposed a point that is not finite
   std::exception_ptr thrown_;
@@ -259,14 +259,16 @@ const char* GetName(MinimizerStop stop) {
 void CheckMinimizerAlgorithm(const std::string& algorithm) {
   const nlopt_algorithm number = nlopt_algorithm_from_string(algorithm.c_str());
   if (static_cast<int>(number) < 0) {
-    throw std::invalid_argument("\"" + algorithm + "\" is no NLopt algorithm; write its name as LD_LBFGS, LN_BOBYQA, …");
+    throw std::invalid_argument("\"" + algorithm +
+                                "\" is no NLopt algorithm; write its name as LD_LBFGS, LN_BOBYQA, …");
   }
   const bool has_letters = algorithm.size() > 3 && algorithm[2] == '_';
   if (!has_letters || algorithm.find("AUGLAG") != std::string::npos || algorithm.find("MLSL") != std::string::npos) {
     throw std::invalid_argument("\"" + algorithm + "\" needs a second, local algorithm; choose one that works alone");
   }
   if (!RunsOnUnitBox(number, 1) || !RunsOnUnitBox(number, 2)) {
-    throw std::invalid_argument("\"" + algorithm + "\" is missing from this NLopt or cannot minimise over one coordinate");
+    throw std::invalid_argument("\"" + algorithm +
+                                "\" is missing from this NLopt or cannot minimise over one coordinate");
   }
 }
 

@@ -28,8 +28,8 @@
 namespace knap {
 
 struct ObjectiveValue {
-  bool accepted = true;          // false: value and gradient are ignored
-  double value = 0.0;            // finite when accepted
+  bool accepted = true;            // false: value and gradient are ignored
+  double value = 0.0;              // finite when accepted
   std::vector<double> gradient{};  // df/dx, n finite values; may stay empty if the algorithm uses none
 };
 
@@ -37,7 +37,7 @@ struct MinimizerProblem {
   std::vector<double> lower, upper;  // n each, lower_i <= start_i <= upper_i; equal bounds hold a coordinate fixed
   std::vector<double> scale;         // n, > 0, in the units of x: the parameter's range
   std::vector<double> start;
-  ObjectiveValue start_value;        // f at the start, known to the caller; accepted
+  ObjectiveValue start_value;  // f at the start, known to the caller; accepted
 };
 
 struct MinimizerOptions {
@@ -59,8 +59,8 @@ const char* GetName(MinimizerStop stop);
 struct MinimizerResult {
   std::vector<double> x{};  // the accepted point with the least value, the earliest of equals
   double value = 0.0;
-  int evaluations = 0;    // calls of f, the start included
-  int rejected = 0;       // of them, not accepted
+  int evaluations = 0;  // calls of f, the start included
+  int rejected = 0;     // of them, not accepted
   MinimizerStop stop = MinimizerStop::kConverged;
 };
 

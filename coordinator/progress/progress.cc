@@ -99,7 +99,7 @@ std::string FormatProgressBar(const ProgressState& state, int width, bool colour
   line += MakePaint(std::string(full, '#'), kCyan, colour && full > 0);
   line += std::string(static_cast<std::size_t>(cells) - full, '.') + "]";
   for (std::size_t i = 0; i < count; ++i) {
-    line += " " + MakePaint(figures[i].text, kYellow, colour && figures[i].warning);
+    line.append(1, ' ').append(MakePaint(figures[i].text, kYellow, colour && figures[i].warning));
   }
   return line;
 }

@@ -14,16 +14,16 @@ namespace knap {
 enum class ProgressPhase { kLearning, kTesting };
 
 struct ProgressState {
-  std::string title;                    // "pushing ours"
+  std::string title;  // "pushing ours"
   ProgressPhase phase = ProgressPhase::kLearning;
-  double elapsed_s = 0.0;               // since the phase began; never decreases within it
-  int batch = 0, batches = 0;           // t of T; 0 before the first
-  int evaluation = 0, max_evaluations = 0;  // of this batch
-  std::optional<double> loss, best_loss;    // of this batch; unset: none yet, or rejected
-  int tested = 0, tests = 0;            // rollouts of the test, in phase kTesting
-  std::int64_t rollouts = 0;            // answered so far
+  double elapsed_s = 0.0;                     // since the phase began; never decreases within it
+  int batch = 0, batches = 0;                 // t of T; 0 before the first
+  int evaluation = 0, max_evaluations = 0;    // of this batch
+  std::optional<double> loss, best_loss;      // of this batch; unset: none yet, or rejected
+  int tested = 0, tests = 0;                  // rollouts of the test, in phase kTesting
+  std::int64_t rollouts = 0;                  // answered so far
   int workers_alive = 0, workers_wanted = 0;  // wanted 0: whoever comes
-  std::int64_t retries = 0;             // requests sent again
+  std::int64_t retries = 0;                   // requests sent again
 };
 
 // Done part of the phase in [0, 1]. Learning counts batches, and within one its evaluations; a batch may end early, so
@@ -59,8 +59,8 @@ class ProgressReporter {
   ProgressReporter(std::ostream& out, const TerminalTraits& traits);
 
   void Update(const ProgressState& state);
-  void Clear();                            // wipes the bar, so that another line can be written; no effect elsewhere
-  void Finish(const ProgressState& state); // writes the last state whatever the rate, and ends the line
+  void Clear();                             // wipes the bar, so that another line can be written; no effect elsewhere
+  void Finish(const ProgressState& state);  // writes the last state whatever the rate, and ends the line
 
  private:
   void Write(const ProgressState& state);

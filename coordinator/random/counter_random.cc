@@ -66,7 +66,7 @@ double CalcNormalQuantile(double p) {
     throw std::invalid_argument("CalcNormalQuantile: p is " + std::to_string(p) + ", allowed is 0 < p < 1");
   }
   // The coefficients a … f of AS 241, numerators and denominators in ascending powers.
-  static constexpr double kA[] = {3.3871328727963666080e0, 1.3314166789178437745e+2, 1.9715909503065514427e+3,
+  static constexpr double kA[] = {3.3871328727963666080e0,  1.3314166789178437745e+2, 1.9715909503065514427e+3,
                                   1.3731693765509461125e+4, 4.5921953931549871457e+4, 6.7265770927008700853e+4,
                                   3.3430575583588128105e+4, 2.5090809287301226727e+3};
   static constexpr double kB[] = {1.0,
@@ -77,8 +77,8 @@ double CalcNormalQuantile(double p) {
                                   3.9307895800092710610e+4,
                                   2.8729085735721942674e+4,
                                   5.2264952788528545610e+3};
-  static constexpr double kC[] = {1.42343711074968357734e0,  4.63033784615654529590e0,  5.76949722146069140550e0,
-                                  3.64784832476320460504e0,  1.27045825245236838258e0,  2.41780725177450611770e-1,
+  static constexpr double kC[] = {1.42343711074968357734e0,  4.63033784615654529590e0, 5.76949722146069140550e0,
+                                  3.64784832476320460504e0,  1.27045825245236838258e0, 2.41780725177450611770e-1,
                                   2.27238449892691845833e-2, 7.74545014278341407640e-4};
   static constexpr double kD[] = {1.0,
                                   2.05319162663775882187e0,

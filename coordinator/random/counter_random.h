@@ -38,11 +38,11 @@ class CounterRandom {
  public:
   CounterRandom(std::uint64_t seed, RandomStream stream, std::uint64_t index);
 
-  std::uint64_t DrawBits();                             // 64 uniform bits
-  double DrawUniform();                                 // a multiple of 2^-53 in [0, 1)
-  double DrawUniform(double lower, double upper);       // in [lower, upper]; lower <= upper, both finite
-  double DrawNormal();                                  // mean 0, standard deviation 1; one 64-bit draw each
-  std::uint64_t DrawBelow(std::uint64_t bound);         // uniform on 0 … bound-1 without bias; bound > 0
+  std::uint64_t DrawBits();                        // 64 uniform bits
+  double DrawUniform();                            // a multiple of 2^-53 in [0, 1)
+  double DrawUniform(double lower, double upper);  // in [lower, upper]; lower <= upper, both finite
+  double DrawNormal();                             // mean 0, standard deviation 1; one 64-bit draw each
+  std::uint64_t DrawBelow(std::uint64_t bound);    // uniform on 0 … bound-1 without bias; bound > 0
 
   // `count` different numbers of 0 … population-1, each subset and order equally likely, in the order drawn
   // (Fisher–Yates). Throws std::invalid_argument when count > population.

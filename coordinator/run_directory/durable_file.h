@@ -18,11 +18,11 @@ class DurableFile {
   ~DurableFile();
 
   const std::filesystem::path& path() const { return path_; }
-  std::string ReadAll() const;             // from the beginning; leaves the write position at the end
-  void Write(std::string_view bytes);      // all of them: the kernel has them when it returns
-  void Sync();                             // fdatasync: the disk has them
-  void Truncate(std::uint64_t size);       // and moves the write position there
-  bool TryLock();                          // flock, exclusive; false when another process holds it
+  std::string ReadAll() const;         // from the beginning; leaves the write position at the end
+  void Write(std::string_view bytes);  // all of them: the kernel has them when it returns
+  void Sync();                         // fdatasync: the disk has them
+  void Truncate(std::uint64_t size);   // and moves the write position there
+  bool TryLock();                      // flock, exclusive; false when another process holds it
 
  private:
   std::filesystem::path path_;

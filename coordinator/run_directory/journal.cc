@@ -86,7 +86,8 @@ Journal::Opened Journal::Open(const std::filesystem::path& path, std::string_vie
   Lock(file);
   const std::string bytes = file.ReadAll();
   const std::optional<std::string_view> header = DecodeRecord(bytes, 0);
-  if (!header || header->substr(0, kMagic.size()) != kMagic) Refuse(path, "not a knap journal, or its header is damaged");
+  if (!header || header->substr(0, kMagic.size()) != kMagic)
+    Refuse(path, "not a knap journal, or its header is damaged");
   if (header->substr(kMagic.size()) != config_hash) Refuse(path, "belongs to a run with another configuration");
 
   std::vector<std::string> payloads;

@@ -15,11 +15,11 @@ struct ResultDocument {
   std::string scenario, method;
   std::uint64_t seed = 0;
   ParameterSpec parameters;
-  std::vector<double> learned;  // theta, d values
+  std::vector<double> learned;             // theta, d values
   TestSummary test_initial, test_learned;  // on the same variations: equal `variations` and `seed`
-  std::int64_t rollouts_total = 0;     // asked for
-  std::int64_t rollouts_distinct = 0;  // different request ids among them
-  std::int64_t rollouts_reissued = 0;  // leases given again after the first
+  std::int64_t rollouts_total = 0;         // asked for
+  std::int64_t rollouts_distinct = 0;      // different request ids among them
+  std::int64_t rollouts_reissued = 0;      // leases given again after the first
   double wall_s = 0.0;
 };
 

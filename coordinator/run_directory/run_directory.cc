@@ -35,7 +35,8 @@ std::string MakeRunName(const std::string& scenario, std::chrono::system_clock::
 
 RunDirectory RunDirectory::Create(const fs::path& path) {
   if (fs::exists(path) && !(fs::is_directory(path) && fs::is_empty(path))) {
-    throw std::runtime_error(path.string() + ": exists already and is not an empty folder; choose another, or resume it");
+    throw std::runtime_error(path.string() +
+                             ": exists already and is not an empty folder; choose another, or resume it");
   }
   fs::create_directories(path);
   return RunDirectory(path);

@@ -14,8 +14,8 @@
 namespace knap {
 
 struct RunInfo {
-  std::string version;      // knap's
-  std::string build;        // identifies the binary
+  std::string version;  // knap's
+  std::string build;    // identifies the binary
   std::string scenario, method;
   std::uint64_t seed = 0;
   std::string host;

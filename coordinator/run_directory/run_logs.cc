@@ -44,7 +44,7 @@ std::string MakeMetricsHeader(const std::vector<std::string>& parameter_names) {
   std::string line =
       "time_s,batch,evaluation,loss,task_loss,distillation_loss,gradient_norm,best_loss,accepted,successes,rollouts,"
       "untrusted";
-  for (const std::string& name : parameter_names) line += "," + MakeCsvField(name);
+  for (const std::string& name : parameter_names) line.append(1, ',').append(MakeCsvField(name));
   return line + "\n";
 }
 
@@ -58,10 +58,10 @@ MetricsLog::MetricsLog(const std::filesystem::path& path, const std::vector<std:
 void MetricsLog::Append(double time_s, const LearningEvaluation& evaluation) {
   last_time_us_ = std::max(RoundToMicroseconds(time_s), last_time_us_ + 1);
   const BatchEvaluation& value = evaluation.value;
-  std::string line = fmt::format("{},{},{},{},{},{},{},{},{:d},{},{},{}", FormatMicroseconds(last_time_us_),
-                                 evaluation.batch, evaluation.evaluation, value.loss, value.task_loss,
-                                 value.distillation_loss, value.gradient_norm, evaluation.best_loss, value.accepted,
-                                 value.successes, evaluation.rollouts, value.untrusted);
+  std::string line =
+      fmt::format("{},{},{},{},{},{},{},{},{:d},{},{},{}", FormatMicroseconds(last_time_us_), evaluation.batch,
+                  evaluation.evaluation, value.loss, value.task_loss, value.distillation_loss, value.gradient_norm,
+                  evaluation.best_loss, value.accepted, value.successes, evaluation.rollouts, value.untrusted);
   for (const double theta : value.theta) line += fmt::format(",{}", theta);
   file_.Write(line + "\n");
 }
@@ -80,8 +80,7 @@ void RolloutLog::Append(const RolloutRow& row) {
 EventLog::EventLog(const std::filesystem::path& path) : file_(OpenLines(path, "")) {}
 
 void EventLog::Append(double time_s, const std::string& event, const nlohmann::ordered_json& details) {
-  nlohmann::ordered_json line = {{"time_s", static_cast<double>(RoundToMicroseconds(time_s)) * 1e-6},
-                                 {"event", event}};
+  nlohmann::ordered_json line = {{"time_s", static_cast<double>(RoundToMicroseconds(time_s)) * 1e-6}, {"event", event}};
   for (const auto& [key, value] : details.items()) line[key] = value;
   file_.Write(MakeJsonText(line, -1) + "\n");
 }

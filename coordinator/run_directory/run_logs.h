@@ -34,12 +34,12 @@ class MetricsLog {
 };
 
 struct RolloutRow {
-  double time_s = 0.0;              // when the answer came, since the program's start
-  std::string id;                   // the request's content id
-  std::string kind;                 // task, distillation, start, test, …
-  std::vector<double> variation;    // one column, values separated by spaces
+  double time_s = 0.0;            // when the answer came, since the program's start
+  std::string id;                 // the request's content id
+  std::string kind;               // task, distillation, start, test, …
+  std::vector<double> variation;  // one column, values separated by spaces
   std::string worker;
-  int attempt = 1;                  // the lease that was answered, from 1
+  int attempt = 1;  // the lease that was answered, from 1
   double loss = 0.0;
   bool success = false, converged = false;
   double forward_s = 0.0, gradient_s = 0.0;  // the worker's own wall times

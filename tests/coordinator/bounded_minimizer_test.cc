@@ -39,31 +39,46 @@ std::vector<BoxProblem> MakePublishedProblems() {
          const double e = x[1] - x[0];
          return ObjectiveValue{.value = x[1] + 1e-5 * e * e, .gradient = {-2e-5 * e, 1.0 + 2e-5 * e}};
        },
-       {-10.0, 0.0}, {10.0, 10.0}, {10.0, 1.0}, 0.0, 1e-6},
+       {-10.0, 0.0},
+       {10.0, 10.0},
+       {10.0, 1.0},
+       0.0,
+       1e-6},
       {"HS4",
        [](const Vector& x) {
          return ObjectiveValue{.value = std::pow(x[0] + 1.0, 3) / 3.0 + x[1],
                                .gradient = {(x[0] + 1.0) * (x[0] + 1.0), 1.0}};
        },
-       {1.0, 0.0}, {10.0, 10.0}, {1.125, 0.125}, 8.0 / 3.0, 1e-8},
+       {1.0, 0.0},
+       {10.0, 10.0},
+       {1.125, 0.125},
+       8.0 / 3.0,
+       1e-8},
       {"HS5",
        [](const Vector& x) {
          const double e = x[0] - x[1];
-         return ObjectiveValue{.value = std::sin(x[0] + x[1]) + e * e - 1.5 * x[0] + 2.5 * x[1] + 1.0,
-                               .gradient = {std::cos(x[0] + x[1]) + 2.0 * e - 1.5,
-                                            std::cos(x[0] + x[1]) - 2.0 * e + 2.5}};
+         return ObjectiveValue{
+             .value = std::sin(x[0] + x[1]) + e * e - 1.5 * x[0] + 2.5 * x[1] + 1.0,
+             .gradient = {std::cos(x[0] + x[1]) + 2.0 * e - 1.5, std::cos(x[0] + x[1]) - 2.0 * e + 2.5}};
        },
-       {-1.5, -3.0}, {4.0, 3.0}, {0.0, 0.0}, -0.5 * sqrt3 - std::acos(-1.0) / 3.0, 1e-8},
+       {-1.5, -3.0},
+       {4.0, 3.0},
+       {0.0, 0.0},
+       -0.5 * sqrt3 - std::acos(-1.0) / 3.0,
+       1e-8},
       {"HS38 (Colville)",
        [](const Vector& x) {
          const double a = x[1] - x[0] * x[0], b = x[3] - x[2] * x[2], p = x[1] - 1.0, q = x[3] - 1.0;
-         return ObjectiveValue{
-             .value = 100 * a * a + (1 - x[0]) * (1 - x[0]) + 90 * b * b + (1 - x[2]) * (1 - x[2]) +
-                      10.1 * (p * p + q * q) + 19.8 * p * q,
-             .gradient = {-400 * x[0] * a - 2 * (1 - x[0]), 200 * a + 20.2 * p + 19.8 * q,
-                          -360 * x[2] * b - 2 * (1 - x[2]), 180 * b + 20.2 * q + 19.8 * p}};
+         return ObjectiveValue{.value = 100 * a * a + (1 - x[0]) * (1 - x[0]) + 90 * b * b + (1 - x[2]) * (1 - x[2]) +
+                                        10.1 * (p * p + q * q) + 19.8 * p * q,
+                               .gradient = {-400 * x[0] * a - 2 * (1 - x[0]), 200 * a + 20.2 * p + 19.8 * q,
+                                            -360 * x[2] * b - 2 * (1 - x[2]), 180 * b + 20.2 * q + 19.8 * p}};
        },
-       {-10, -10, -10, -10}, {10, 10, 10, 10}, {-3, -1, -3, -1}, 0.0, 1e-6},
+       {-10, -10, -10, -10},
+       {10, 10, 10, 10},
+       {-3, -1, -3, -1},
+       0.0,
+       1e-6},
       {"HS45",
        [](const Vector& x) {
          ObjectiveValue v{.value = 2.0 - x[0] * x[1] * x[2] * x[3] * x[4] / 120.0};
@@ -74,13 +89,17 @@ std::vector<BoxProblem> MakePublishedProblems() {
          }
          return v;
        },
-       {0, 0, 0, 0, 0}, {1, 2, 3, 4, 5}, {0.5, 1, 1.5, 2, 2.5}, 1.0, 1e-10},
+       {0, 0, 0, 0, 0},
+       {1, 2, 3, 4, 5},
+       {0.5, 1, 1.5, 2, 2.5},
+       1.0,
+       1e-10},
   };
 }
 
 MinimizerProblem MakeProblem(const BoxProblem& box) {
-  MinimizerProblem problem{.lower = box.lower, .upper = box.upper, .scale = {}, .start = box.start,
-                           .start_value = box.f(box.start)};
+  MinimizerProblem problem{
+      .lower = box.lower, .upper = box.upper, .scale = {}, .start = box.start, .start_value = box.f(box.start)};
   for (std::size_t i = 0; i < box.start.size(); ++i) problem.scale.push_back(box.upper[i] - box.lower[i]);
   return problem;
 }
@@ -113,11 +132,12 @@ INSTANTIATE_TEST_SUITE_P(Algorithms, PublishedProblems, testing::Values("LD_LBFG
                          [](const auto& instance) { return std::string(instance.param); });
 
 TEST(BoundedMinimizerTest, DerivativeFreeAlgorithmsNeedNoGradient) {
-  BoxProblem box{"sphere",
-                 [](const Vector& x) {
-                   return ObjectiveValue{.value = (x[0] - 0.3) * (x[0] - 0.3) + x[1] * x[1]};
-                 },
-                 {-1, -1}, {1, 1}, {0.9, 0.8}, 0.0, 1e-8};
+  BoxProblem box{
+      "sphere",   [](const Vector& x) {
+                   return ObjectiveValue{.value = (x[0] - 0.3) * (x[0] - 0.3) + x[1] * x[1]}; },
+      {-1, -1},   {1, 1},
+      {0.9, 0.8}, 0.0,
+      1e-8};
   for (const char* algorithm : {"LN_BOBYQA", "LN_COBYLA", "LN_SBPLX", "GN_CRS2_LM"}) {
     const MinimizerResult result = Minimize(box.f, MakeProblem(box), MakeTightOptions(algorithm));
     EXPECT_NEAR(result.value, 0.0, 1e-8) << algorithm;
@@ -131,10 +151,11 @@ TEST(BoundedMinimizerTest, FirstStepDoesNotDependOnTheUnitOfTheLoss) {
     std::vector<Vector> asked;
     const auto f = [&](const Vector& x) {
       asked.push_back(x);
-      return ObjectiveValue{.value = unit * (x[0] * x[0] + x[1] * x[1]), .gradient = {2 * unit * x[0], 2 * unit * x[1]}};
+      return ObjectiveValue{.value = unit * (x[0] * x[0] + x[1] * x[1]),
+                            .gradient = {2 * unit * x[0], 2 * unit * x[1]}};
     };
-    MinimizerProblem problem{.lower = {-4, -4}, .upper = {4, 4}, .scale = {16, 16}, .start = {3, 1},
-                             .start_value = f({3, 1})};
+    MinimizerProblem problem{
+        .lower = {-4, -4}, .upper = {4, 4}, .scale = {16, 16}, .start = {3, 1}, .start_value = f({3, 1})};
     MinimizerOptions options = MakeTightOptions();
     options.first_step = 0.25;
     const MinimizerResult result = Minimize(f, problem, options);
@@ -155,13 +176,13 @@ TEST(BoundedMinimizerTest, ReturnsTheBestPointSeenNotTheLast) {
     seen.emplace_back(value, x);
     return ObjectiveValue{.value = value, .gradient = {2.0 * (x[0] - 0.4), -1.0}};
   };
-  const MinimizerProblem problem{.lower = {0, 0}, .upper = {1, 1}, .scale = {1, 1}, .start = {0.95, 0.5},
-                           .start_value = f({0.95, 0.5})};
+  const MinimizerProblem problem{
+      .lower = {0, 0}, .upper = {1, 1}, .scale = {1, 1}, .start = {0.95, 0.5}, .start_value = f({0.95, 0.5})};
   MinimizerOptions options = MakeTightOptions();
   options.max_evaluations = 30;
   const MinimizerResult result = Minimize(f, problem, options);
-  const auto best = std::min_element(seen.begin(), seen.end(),
-                                     [](const auto& a, const auto& b) { return a.first < b.first; });
+  const auto best =
+      std::min_element(seen.begin(), seen.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   EXPECT_EQ(result.value, best->first);
   EXPECT_EQ(result.x, best->second);
   EXPECT_LT(result.value, problem.start_value.value);
@@ -174,7 +195,10 @@ TEST(BoundedMinimizerTest, MaxEvaluationsIsExact) {
       ++calls;
       return CalcRosenbrock(x);
     };
-    MinimizerProblem problem{.lower = {-2, -2}, .upper = {2, 2}, .scale = {4, 4}, .start = {-1.2, 1.0},
+    MinimizerProblem problem{.lower = {-2, -2},
+                             .upper = {2, 2},
+                             .scale = {4, 4},
+                             .start = {-1.2, 1.0},
                              .start_value = CalcRosenbrock({-1.2, 1.0})};
     MinimizerOptions options = MakeTightOptions();
     options.max_evaluations = limit;
@@ -198,7 +222,10 @@ TEST(BoundedMinimizerTest, ExceptionsOfTheObjectiveComeOutUnchanged) {
       if (++calls == 3) throw OutOfWorkers("no workers");
       return CalcRosenbrock(x);
     };
-    MinimizerProblem problem{.lower = {-2, -2}, .upper = {2, 2}, .scale = {4, 4}, .start = {-1.2, 1.0},
+    MinimizerProblem problem{.lower = {-2, -2},
+                             .upper = {2, 2},
+                             .scale = {4, 4},
+                             .start = {-1.2, 1.0},
                              .start_value = CalcRosenbrock({-1.2, 1.0})};
     EXPECT_THROW(Minimize(f, problem, MakeTightOptions(algorithm)), OutOfWorkers) << algorithm;
     EXPECT_EQ(calls, 3) << algorithm;  // none after the exception
@@ -217,8 +244,8 @@ TEST(BoundedMinimizerTest, RejectedPointsPushTheSearchBack) {
       const double e = x[0] - 0.8;
       return ObjectiveValue{.value = e * e + x[1] * x[1], .gradient = {2 * e, 2 * x[1]}};
     };
-    MinimizerProblem problem{.lower = {-1, -1}, .upper = {1, 1}, .scale = {2, 2}, .start = {-0.9, 0.7},
-                             .start_value = f({-0.9, 0.7})};
+    MinimizerProblem problem{
+        .lower = {-1, -1}, .upper = {1, 1}, .scale = {2, 2}, .start = {-0.9, 0.7}, .start_value = f({-0.9, 0.7})};
     MinimizerOptions options = MakeTightOptions(algorithm);
     options.max_evaluations = 200;
     const MinimizerResult result = Minimize(f, problem, options);
@@ -233,7 +260,10 @@ TEST(BoundedMinimizerTest, RejectedPointsPushTheSearchBack) {
 TEST(BoundedMinimizerTest, SurvivesAnObjectiveThatRejectsEverything) {
   for (const char* algorithm : {"LD_LBFGS", "LD_SLSQP", "LD_MMA", "LD_TNEWTON", "LD_VAR2", "LN_BOBYQA"}) {
     const auto f = [](const Vector&) { return ObjectiveValue{.accepted = false}; };
-    MinimizerProblem problem{.lower = {-1, -1}, .upper = {1, 1}, .scale = {2, 2}, .start = {0.2, 0.7},
+    MinimizerProblem problem{.lower = {-1, -1},
+                             .upper = {1, 1},
+                             .scale = {2, 2},
+                             .start = {0.2, 0.7},
                              .start_value = {.value = 5.0, .gradient = {1.0, -2.0}}};
     const MinimizerResult result = Minimize(f, problem, MakeTightOptions(algorithm));
     EXPECT_EQ(result.x, problem.start) << algorithm;
@@ -244,7 +274,10 @@ TEST(BoundedMinimizerTest, SurvivesAnObjectiveThatRejectsEverything) {
 
 TEST(BoundedMinimizerTest, BlockedOrFlatStartsConvergeAtOnce) {
   const auto never = [](const Vector&) -> ObjectiveValue { throw std::logic_error("asked"); };
-  MinimizerProblem problem{.lower = {0, 0}, .upper = {1, 1}, .scale = {1, 1}, .start = {0, 1},
+  MinimizerProblem problem{.lower = {0, 0},
+                           .upper = {1, 1},
+                           .scale = {1, 1},
+                           .start = {0, 1},
                            .start_value = {.value = 3.0, .gradient = {2.0, -1.0}}};  // both slopes point outwards
   EXPECT_EQ(Minimize(never, problem, MakeTightOptions()).stop, MinimizerStop::kConverged);
   problem.start_value.gradient = {0.0, 0.0};
@@ -255,7 +288,10 @@ TEST(BoundedMinimizerTest, BlockedOrFlatStartsConvergeAtOnce) {
 }
 
 TEST(BoundedMinimizerTest, TolerancesEndTheSearch) {
-  MinimizerProblem problem{.lower = {-2, -2}, .upper = {2, 2}, .scale = {4, 4}, .start = {-1.2, 1.0},
+  MinimizerProblem problem{.lower = {-2, -2},
+                           .upper = {2, 2},
+                           .scale = {4, 4},
+                           .start = {-1.2, 1.0},
                            .start_value = CalcRosenbrock({-1.2, 1.0})};
   const int tight = Minimize(CalcRosenbrock, problem, MakeTightOptions()).evaluations;
   MinimizerOptions loose = MakeTightOptions();
@@ -275,13 +311,14 @@ TEST(BoundedMinimizerTest, BadInputIsNamed) {
   EXPECT_THROW(CheckMinimizerAlgorithm("AUGLAG"), std::invalid_argument);
   EXPECT_THROW(CheckMinimizerAlgorithm("G_MLSL"), std::invalid_argument);
   EXPECT_THROW(CheckMinimizerAlgorithm("LN_NEWUOA_BOUND"), std::invalid_argument);  // not in one dimension
-  for (const char* algorithm : {"LD_LBFGS", "LD_SLSQP", "LD_MMA", "LD_TNEWTON", "LN_COBYLA", "LN_BOBYQA", "GN_DIRECT_L"}) {
+  for (const char* algorithm :
+       {"LD_LBFGS", "LD_SLSQP", "LD_MMA", "LD_TNEWTON", "LN_COBYLA", "LN_BOBYQA", "GN_DIRECT_L"}) {
     EXPECT_NO_THROW(CheckMinimizerAlgorithm(algorithm));
   }
   EXPECT_TRUE(UsesGradient("LD_LBFGS"));
   EXPECT_FALSE(UsesGradient("GN_DIRECT_L"));
-  MinimizerProblem problem{.lower = {0}, .upper = {1}, .scale = {1}, .start = {2},
-                           .start_value = {.value = 0.0, .gradient = {1.0}}};
+  MinimizerProblem problem{
+      .lower = {0}, .upper = {1}, .scale = {1}, .start = {2}, .start_value = {.value = 0.0, .gradient = {1.0}}};
   const auto f = [](const Vector&) { return ObjectiveValue{.value = 0.0, .gradient = {1.0, 2.0}}; };
   EXPECT_THROW(Minimize(f, problem, {}), std::invalid_argument);  // start outside
   problem.start = {0.5};

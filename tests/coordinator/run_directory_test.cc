@@ -161,8 +161,9 @@ TEST(RunLogsTest, MetricsTimesIncreaseStrictlyAndNumbersReadBack) {
   EXPECT_EQ(lines[0],
             "time_s,batch,evaluation,loss,task_loss,distillation_loss,gradient_norm,best_loss,accepted,successes,"
             "rollouts,untrusted,width,\"depth, left\"");
-  EXPECT_EQ(lines[1], "0.500000,1,0,0.3333333333333333,0.3333333333333333,0,0,0.3333333333333333,1,0,5,0,"
-                      "0.30000000000000004,-1e-300");
+  EXPECT_EQ(lines[1],
+            "0.500000,1,0,0.3333333333333333,0.3333333333333333,0,0,0.3333333333333333,1,0,5,0,"
+            "0.30000000000000004,-1e-300");
   double last = -1.0;
   for (std::size_t i = 1; i < lines.size(); ++i) {
     const double time_s = std::stod(lines[i].substr(0, lines[i].find(',')));
@@ -179,8 +180,16 @@ TEST(RunLogsTest, MetricsTimesIncreaseStrictlyAndNumbersReadBack) {
 
 TEST(RunLogsTest, RolloutsGoOnAfterACrash) {
   const TemporaryFolder folder;
-  const RolloutRow row{.time_s = 1.5, .id = "ab12", .kind = "task", .variation = {0.01, -0.02}, .worker = "node \"7\", a",
-                       .attempt = 2, .loss = 0.25, .success = true, .converged = true, .forward_s = 0.01,
+  const RolloutRow row{.time_s = 1.5,
+                       .id = "ab12",
+                       .kind = "task",
+                       .variation = {0.01, -0.02},
+                       .worker = "node \"7\", a",
+                       .attempt = 2,
+                       .loss = 0.25,
+                       .success = true,
+                       .converged = true,
+                       .forward_s = 0.01,
                        .gradient_s = 0.005};
   { RolloutLog(folder / "rollouts.csv").Append(row); }
   std::ofstream(folder / "rollouts.csv", std::ios::app) << "cd34,task,0.";  // killed in the middle of a line
