@@ -31,11 +31,11 @@ inline const std::vector<double> kWeights = {1.0, 4.0, 2.0, 0.5, 3.0, 1.5, 2.5};
 inline Problem MakeProblem(double noise = 0.02) {
   Problem problem;
   for (std::size_t i = 0; i < kDimensions; ++i) {
-    problem.parameters.names.push_back("p" + std::to_string(i));
+    problem.parameters.names.push_back(std::string("p").append(std::to_string(i)));
     problem.parameters.lower.push_back(0.0);
     problem.parameters.upper.push_back(i % 2 == 0 ? 1.0 : 0.8);
     problem.parameters.initial.push_back(0.4);
-    problem.variations.push_back({"v" + std::to_string(i), UniformDraw{-noise, noise}});
+    problem.variations.push_back({std::string("v").append(std::to_string(i)), UniformDraw{-noise, noise}});
   }
   return problem;
 }
