@@ -57,6 +57,7 @@ TEST(ScheduleTest, DistillationSetIsDrawnFromEarlierBatchesAndFixedDuringOne) {
     const std::vector<std::uint64_t>& d = recorder.starts[t].distillation;
     EXPECT_EQ(d.size(), 5u);
     EXPECT_EQ(std::set<std::uint64_t>(d.begin(), d.end()).size(), 5u);  // without replacement
+    EXPECT_TRUE(std::is_sorted(d.begin(), d.end()));  // the order of the reduction
     for (const std::uint64_t index : d) EXPECT_LT(index, recorder.starts[t].variations.front());
     drawn.insert(d.begin(), d.end());
   }
