@@ -92,10 +92,12 @@ class SceneChecker {
       const Eigen::Vector3d principal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(I_BBcm_B).eigenvalues();
       // Ascending order: a mass distribution has I1 > 0 and I1 + I2 ≥ I3.
       if (!(principal(0) > 0.0) || principal(0) + principal(1) < principal(2) * (1.0 - kRoundOff)) {
-        Report({path + ".moments", path + ".products"},
-               fmt::format("no body has such moments: the principal ones are {}, {} and {}, but each must be positive "
-                           "and no larger than the sum of the others",
-                           principal(0), principal(1), principal(2)));
+        Report(
+            {path + ".moments", path + ".products"},
+            fmt::format(
+                "no body has such moments: the principal ones are {:.4g}, {:.4g} and {:.4g}, but each must be positive "
+                "and no larger than the sum of the others",
+                principal(0), principal(1), principal(2)));
       }
       return;
     }

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <sstream>
 
+#include "sim/scenarios/nearest_name.h"
+
 namespace knap {
 namespace {
 
@@ -110,12 +112,28 @@ class TreeBuilder final : public YAML::EventHandler {
     } else {
       frame.has_key = false;
       if (const ConfigNode* first = frame.node.Find(frame.key)) {
-        errors_.push_back({frame.key_position, frame.key,
+        errors_.push_back({frame.key_position, CalcKeyPath(),
                            fmt::format("duplicate key, first given in line {}", first->position.line)});
         return;
       }
       frame.node.entries.push_back({frame.key, frame.key_position, std::move(node)});
     }
+  }
+
+  // The path of the key at hand. A list's element counts by its name when that has been read already.
+  std::string CalcKeyPath() const {
+    std::string path;
+    for (std::size_t i = 0; i < frames_.size(); ++i) {
+      const Frame& frame = frames_[i];
+      if (frame.node.kind == ConfigNode::Kind::kMap) {
+        if (!path.empty()) path += '.';
+        path += frame.key;
+        continue;
+      }
+      const ConfigNode* name = i + 1 < frames_.size() ? frames_[i + 1].node.Find("name") : nullptr;
+      path += name != nullptr ? "." + name->text : fmt::format("[{}]", frame.node.items.size());
+    }
+    return path;
   }
 
   std::vector<ConfigError>& errors_;
@@ -237,13 +255,16 @@ class Override {
 
   ConfigNode* FindByName(ConfigNode& node, std::string_view name, std::string_view walked) {
     if (node.kind == ConfigNode::Kind::kList) {
-      std::string known;
+      std::vector<std::string> steps;
       for (std::size_t i = 0; i < node.items.size(); ++i) {
-        const std::string step = CalcElementStep(node, i);
-        if (step == "." + std::string(name)) return &node.items[i];
-        known += (known.empty() ? "" : ", ") + (step.front() == '.' ? step.substr(1) : step);
+        steps.push_back(CalcElementStep(node, i));
+        if (steps[i].front() == '.') steps[i].erase(0, 1);
+        if (steps[i] == name) return &node.items[i];
       }
-      Fail(std::string(walked), fmt::format("has no element '{}'; it has {}", name, known.empty() ? "none" : known));
+      const std::string nearest = FindNearestName(name, steps);
+      Fail(std::string(walked), fmt::format("has no element '{}'; {}", name,
+                                            nearest.empty() ? fmt::format("it has: {}", fmt::join(steps, ", "))
+                                                            : fmt::format("did you mean '{}'?", nearest)));
       return nullptr;
     }
     if (node.kind == ConfigNode::Kind::kScalar) {

@@ -32,7 +32,7 @@ std::string FindNearestName(std::string_view name, std::span<const std::string> 
   std::size_t smallest = std::numeric_limits<std::size_t>::max();
   for (const std::string& candidate : names) {
     const std::size_t distance = CalcEditDistance(name, candidate);
-    if (distance < smallest && 2 * distance <= std::max(name.size(), candidate.size())) {
+    if (distance < smallest && 3 * distance <= std::max(name.size(), candidate.size())) {
       smallest = distance;
       nearest = candidate;
     }

@@ -56,14 +56,16 @@ class SceneReader final : public FieldVisitor {
     frames_.push_back({&root, "", {}, false});
   }
 
-  void Read() {
+  // False when the tree is no map of keys at all; the scene then says nothing.
+  bool Read() {
     if (frames_.back().node->kind != ConfigNode::Kind::kMap) {
       log_.Fail("", frames_.back().node->position, "expected a scenario: keys with values");
-      return;
+      return false;
     }
     VisitFields(*this, result_.scene);
     CheckUnknownKeys();
     CheckReferences();
+    return true;
   }
 
   void Number(const FieldInfo& info, double& value) override {
@@ -352,8 +354,7 @@ ParseResult ParseScene(const std::string& text, const std::string& file_name, st
   if (readable) ApplyOverrides(root, overrides, errors);
   result.log = FieldLog(std::move(errors));
   if (!readable) return result;
-  SceneReader(root, result).Read();
-  CheckScene(result.scene, result.log);
+  if (SceneReader(root, result).Read()) CheckScene(result.scene, result.log);
   return result;
 }
 

@@ -1,0 +1,106 @@
+// Fields that are right each by itself but contradict each other.
+#include "sim/scenarios/check_scene.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/sim/scenarios/edited_scene.h"
+#include "tests/sim/scenarios/sample_scenes.h"
+
+namespace knap {
+namespace {
+
+class Contradiction : public testing::TestWithParam<SceneErrorCase> {};
+
+TEST_P(Contradiction, IsReportedOnceAtItsPlace) {
+  const EditedScene scene = EditScene(kEverythingYaml, GetParam().original, GetParam().edited);
+  EXPECT_EQ(ParseEditedScene(scene), "f.yaml:" + scene.place + ": " + GetParam().error + "\n");
+}
+
+const SceneErrorCase kContradictions[] = {
+    {"OwnParent", "parent: wall", "parent: @hinge",
+     "bodies.hinge.parent: value 'hinge': the bodies must form a tree, but here is a cycle: hinge → hinge"},
+    {"NoInertia",
+     "    joint: {type: free}\n    shape: {type: sphere, radius: 1 cm}\n    inertia: {type: solid, mass: 4.2 g}",
+     "    joint: {type: @free}\n    shape: {type: sphere, radius: 1 cm}",
+     "bodies.pea.inertia: a body that forces move needs an inertia; only fixed and prescribed ones do without"},
+    {"InertiaOfAHalfSpace", "{type: half_space}\n  - name: tool",
+     "{type: half_space}\n    inertia: {type: @solid, mass: 1 g}\n  - name: tool",
+     "bodies.ground.inertia.type: value 'solid': needs a shape with a volume (sphere or designed_mesh); else give an "
+     "explicit inertia"},
+    {"ImpossibleMoments", "moments: [3e-6 kg*m^2, 3e-6 kg*m^2, 3e-6 kg*m^2]",
+     "moments: @[1e-6 kg*m^2, 1e-6 kg*m^2, 3e-6 kg*m^2]",
+     "bodies.hinge.inertia.moments: no body has such moments: the principal ones are 9e-07, 1.1e-06 and 3e-06, but "
+     "each must be positive and no larger than the sum of the others"},
+    {"ZeroAxis", "axis: [1, 1, 0]", "axis: @[0, 0, 0]", "bodies.hinge.joint.axis: must not be zero"},
+    {"ContactWithItself", "bodies: [pea, ground]", "bodies: @[pea, pea]",
+     "contacts[0].bodies: a contact needs two different bodies"},
+    {"ContactTwice", "bodies: [tool, pea]", "bodies: @[ground, pea]",
+     "contacts[1].bodies: ground and pea already have a contact, contacts[0]"},
+    {"ContactWithoutShape", "bodies: [tool, pea]", "bodies: [tool, @hinge]",
+     "contacts[1].bodies[1]: value 'hinge': this body has no shape to touch with"},
+    {"TwoDesignedBodies",
+     "velocity: [1 m/s, 0 m/s, 0 m/s], angular_velocity: [0 rad/s, 0 rad/s, 9 deg/s]}\n    shape: "
+     "{type: half_space}",
+     "velocity: [1 m/s, 0 m/s, 0 m/s], angular_velocity: [0 rad/s, 0 rad/s, 9 deg/s]}\n    shape: "
+     "{type: @designed_mesh}",
+     "bodies.wall.shape.type: value 'designed_mesh': only one body may be designed, and tool is"},
+    {"DesignOfAnotherBody", "  body: tool", "  body: @wall",
+     "design.body: value 'wall': the shape of this body must be of type designed_mesh"},
+    {"LowerAboveUpper", "lower: 20 mm", "lower: @60 mm",
+     "design.parameters.width.lower: value '60 mm': must be less than upper, 0.056 m"},
+    {"InitialOutside", "initial: 44 mm", "initial: @57 mm",
+     "design.parameters.width.initial: value '57 mm': must lie from lower, 0.02 m, to upper, 0.056 m"},
+    {"VertexTwice", "[4, 5]", "@[4, 4]", "design.vertex_groups.right.vertices: names a vertex twice"},
+    {"IdleParameter", "    - {name: depth",
+     "    - {name: @idle, initial: 0 mm, lower: 0 mm, upper: 1 mm}\n    - {name: depth",
+     "design.parameters.idle.name: value 'idle': moves no vertex of the cage; see design.moves"},
+    {"FractionOfAStep", "horizon: 1 s", "horizon: @1.001 s",
+     "rollout.horizon: value '1.001 s': must be a whole number of steps of 0.002 s"},
+    {"SamplesBetweenSteps", "sample_period: 20 ms", "sample_period: @21 ms",
+     "loss.distillation[0].sample_period: value '21 ms': must be a whole number of steps of 0.002 s"},
+    {"SamplesAfterTheEnd", "sample_period: 20 ms", "sample_period: @2 s",
+     "loss.distillation[0].sample_period: value '2 s': must be at most the horizon, 1 s"},
+    {"AxisTwice", "axes: [x, y]", "axes: @[x, x]", "loss.distillation[0].axes: names an axis twice"},
+    {"OpeningAlongItsAxis", "opening_axis: x, opening_center", "opening_axis: @y, opening_center",
+     "loss.task[0].opening_axis: value 'y': must differ from axis: the opening lies in the plane"},
+    {"SuccessAlongItsAxis", "success: {type: crosses_opening, body: pea, axis: y, at: 370 mm, opening_axis: x",
+     "success: {type: crosses_opening, body: pea, axis: y, at: 370 mm, opening_axis: @y",
+     "success.opening_axis: value 'y': must differ from axis: the opening lies in the plane"},
+    {"VariedTwice", "\"contacts[0].friction\", distribution: normal, mean: 0.4, std: 0.05, truncate_at: 2",
+     "@\"bodies.pea.initial.position[0]\", distribution: normal, mean: 0 m, std: 1 mm",
+     "variation[1].key: value 'bodies.pea.initial.position[0]': already varies, see variation[0]"},
+    {"VariationUpsideDown", "lower: -20 mm", "lower: @21 mm",
+     "variation[0].lower: value '21 mm': must be at most upper, 0.02 m"},
+    {"VariationOutOfRange", "bodies.pea.initial.position[0]\", distribution: uniform, lower: -20 mm",
+     "bodies.pea.shape.radius\", distribution: uniform, lower: @-20 mm",
+     "variation[0].lower: value '-20 mm': the key must be more than 0 m"},
+    {"VariationReachesOut", "mean: 0.4", "mean: @0.09",
+     "variation[1].mean: value '0.09': draws reach from -0.010000000000000009 to 0.19, but the key must be from 0 to "
+     "10"},
+    {"BatchOfTooMany", "batch: 2", "batch: @11", "learning.batch: value '11': a batch has at most all 10 variations"},
+    {"TooManyDimensions", "dimensions_per_batch: 1", "dimensions_per_batch: @3",
+     "learning.dimensions_per_batch: value '3': must be at most the number of design parameters, 2"},
+};
+
+INSTANTIATE_TEST_SUITE_P(All, Contradiction, testing::ValuesIn(kContradictions),
+                         [](const auto& the_case) { return std::string(the_case.param.name); });
+
+TEST(CheckScene, FindsLongCycles) {
+  const EditedScene scene = EditScene(kPendulumYaml, "  - name: upper\n", "  - name: upper\n    parent: @lower\n");
+  EXPECT_EQ(ParseEditedScene(scene),
+            "f.yaml:" + scene.place +
+                ": bodies.upper.parent: value 'lower': the bodies must form a tree, but here is a cycle: upper → lower "
+                "→ upper\n"
+                "f.yaml:10:13: bodies.lower.parent: value 'upper': the bodies must form a tree, but here is a cycle: "
+                "lower → upper → lower\n");
+}
+
+TEST(CheckScene, ADesignedMeshNeedsADesign) {
+  const EditedScene scene = EditScene(kPendulumYaml, "{type: sphere, radius: 20 mm}", "{type: @designed_mesh}");
+  EXPECT_EQ(ParseEditedScene(scene), "f.yaml:" + scene.place +
+                                         ": bodies.lower.shape.type: value 'designed_mesh': needs a section 'design' "
+                                         "that gives the mesh\n");
+}
+
+}  // namespace
+}  // namespace knap

@@ -1,0 +1,93 @@
+#include "sim/scenarios/numeric_keys.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "sim/scenarios/parse_scene.h"
+#include "tests/sim/scenarios/sample_scenes.h"
+
+namespace knap {
+namespace {
+
+Scene ParseEverything() {
+  ParseResult result = ParseScene(kEverythingYaml, "f.yaml");
+  EXPECT_TRUE(result.ok()) << result.FormatErrors();
+  return result.scene;
+}
+
+TEST(FindNumericKeys, PointsIntoTheSceneThatWasAsked) {
+  const Scene scene = ParseEverything();
+  Scene copy = scene;
+  const std::vector<std::string> paths{"bodies.pea.initial.position[1]",     "gravity[2]",
+                                       "bodies.tool.joint.motion.amplitude", "loss.task[0].at",
+                                       "design.parameters.width.upper",      "bodies.pea.shape.radius"};
+  const std::vector<double*> numbers = FindNumericKeys(copy, paths);
+  ASSERT_EQ(numbers.size(), paths.size());
+  EXPECT_EQ(*numbers[0], 0.1);
+  EXPECT_EQ(*numbers[1], -1.62);
+  EXPECT_EQ(*numbers[2], 0.06);
+  EXPECT_EQ(*numbers[3], 0.37);
+  EXPECT_EQ(*numbers[4], 0.056);
+  EXPECT_EQ(*numbers[5], 0.01);
+  *numbers[0] = 7.0;
+  EXPECT_EQ(std::get<FreeJoint>(copy.bodies.back().joint.kind).initial.position.y(), 7.0);
+  EXPECT_EQ(std::get<FreeJoint>(scene.bodies.back().joint.kind).initial.position.y(), 0.1);
+}
+
+TEST(FindNumericKeys, NamesThePathThatDoesNotExist) {
+  Scene scene = ParseEverything();
+  const std::vector<std::string> paths{"gravity[3]"};
+  try {
+    FindNumericKeys(scene, paths);
+    FAIL() << "found gravity[3]";
+  } catch (const std::invalid_argument& e) {
+    EXPECT_STREQ(e.what(), "the scene has no number 'gravity[3]'");
+  }
+}
+
+TEST(ListNumericKeys, PathsAndNumbersAreDistinct) {
+  Scene scene = ParseEverything();
+  const std::vector<NumericKey> keys = ListNumericKeys(scene);
+  EXPECT_GT(keys.size(), 100u);
+  std::set<std::string> paths;
+  std::set<const double*> values;
+  for (const NumericKey& key : keys) {
+    paths.insert(key.path);
+    values.insert(key.value);
+    EXPECT_TRUE(key.range.Contains(*key.value)) << key.path;
+  }
+  EXPECT_EQ(paths.size(), keys.size());
+  EXPECT_EQ(values.size(), keys.size());
+}
+
+TEST(ApplyVariation, SetsTheVariedNumbersAlone) {
+  const Scene scene = ParseEverything();
+  Scene varied = scene;
+  ApplyVariation(varied, std::vector<double>{0.015, 0.3, 0.0005});
+  EXPECT_EQ(std::get<FreeJoint>(varied.bodies.back().joint.kind).initial.position, Eigen::Vector3d(0.015, 0.1, 0.01));
+  EXPECT_EQ(varied.contacts[0].friction, 0.3);
+  EXPECT_EQ(std::get<CrossingLoss>(varied.loss.task[0]).opening.opening_center, 0.0005);
+  Scene original = scene;
+  const std::vector<NumericKey> before = ListNumericKeys(original);
+  const std::vector<NumericKey> after = ListNumericKeys(varied);
+  ASSERT_EQ(before.size(), after.size());
+  int changed = 0;
+  for (std::size_t i = 0; i < before.size(); ++i) changed += *before[i].value != *after[i].value;
+  EXPECT_EQ(changed, 3);
+  EXPECT_THROW(ApplyVariation(varied, std::vector<double>{1.0}), std::invalid_argument);
+}
+
+TEST(MayVary, ExcludesTheMachinery) {
+  EXPECT_TRUE(MayVary("gravity[2]"));
+  EXPECT_TRUE(MayVary("bodies.pea.shape.radius"));
+  EXPECT_TRUE(MayVary("success.at"));
+  EXPECT_FALSE(MayVary("rollout.step"));
+  EXPECT_FALSE(MayVary("learning.alpha"));
+  EXPECT_FALSE(MayVary("design.parameters.width.initial"));
+  EXPECT_FALSE(MayVary("variation[0].lower"));
+}
+
+}  // namespace
+}  // namespace knap

@@ -1,0 +1,102 @@
+// Small scenario files for the tests of the scenario layer.
+#pragma once
+
+namespace knap {
+
+// A double pendulum: no design, no contact, nothing that varies.
+inline constexpr char kPendulumYaml[] = R"(schema: 1
+name: pendulum
+bodies:
+  - name: upper
+    joint: {type: revolute, axis: [0, 1, 0], position: [0 m, 0 m, 1 m]}
+    inertia: {type: explicit, mass: 1 kg, center: [0 mm, 0 mm, -100 mm], moments: [2 kg*m^2, 2 kg*m^2, 1 kg*m^2]}
+    initial: {angle: 30 deg}
+  - name: lower
+    parent: upper
+    joint: {type: revolute, axis: [0, 1, 0], damping: 0.1 N*m*s/rad}
+    shape: {type: sphere, radius: 20 mm}
+    inertia: {type: density, density: 1000 kg/m^3}
+rollout: {horizon: 1 s, step: 5 ms, integrator: bdf1}
+)";
+
+// Everything that a file can hold: each joint, motion, shape, inertia, distribution, loss and success test.
+inline constexpr char kEverythingYaml[] = R"(schema: 1
+name: everything
+description: "quotes \" and \\, lines\n, ünïcode: yes"
+gravity: [0 m/s^2, 0 m/s^2, -1.62 m/s^2]
+bodies:
+  - name: ground
+    joint: {type: fixed, position: [0 m, 0 m, -1 m], orientation_rpy: [1 deg, 2 deg, 3 deg]}
+    shape: {type: half_space}
+  - name: tool
+    joint:
+      type: prescribed
+      motion: {type: zigzag, amplitude: 6 cm, period: 3 s, sharpness: 0.9, forward_speed: 60 mm/s, stop_at: 37 cm}
+    shape: {type: designed_mesh}
+    inertia: {type: density, density: 1.2 g/cm^3}
+  - name: wall
+    joint:
+      type: prescribed
+      motion: {type: constant_velocity, velocity: [1 m/s, 0 m/s, 0 m/s], angular_velocity: [0 rad/s, 0 rad/s, 9 deg/s]}
+    shape: {type: half_space}
+  - name: hinge
+    parent: wall
+    joint: {type: revolute, axis: [1, 1, 0], damping: 0.2 N*m*s/rad}
+    inertia: {type: explicit, mass: 3 g, center: [1 mm, 2 mm, 3 mm], moments: [3e-6 kg*m^2, 3e-6 kg*m^2, 3e-6 kg*m^2], products: [1e-7 kg*m^2, 0 kg*m^2, 0 kg*m^2]}
+    initial: {angle: 45 deg, rate: 1 rad/s}
+  - name: slider
+    parent: hinge
+    joint: {type: prismatic, axis: [0, 0, 2], damping: 3 N*s/m}
+    shape: {type: sphere, radius: 1 cm}
+    inertia: {type: solid, mass: 1 g}
+    initial: {displacement: 3 mm, speed: 1 mm/s}
+  - name: swivel
+    parent: slider
+    joint: {type: ball, damping: 0.1 N*m*s/rad}
+    shape: {type: sphere, radius: 1 cm}
+    inertia: {type: solid, mass: 1 g}
+    initial: {orientation_rpy: [10 deg, 20 deg, 30 deg], angular_velocity: [1 rad/s, 2 rad/s, 3 rad/s]}
+  - name: puck
+    joint: {type: planar, linear_damping: 1 N*s/m, angular_damping: 1 N*m*s/rad}
+    shape: {type: sphere, radius: 1 cm}
+    inertia: {type: solid, mass: 1 g}
+    initial: {position: [1 mm, 2 mm], angle: 3 deg, velocity: [4 mm/s, 5 mm/s], angular_velocity: 6 deg/s}
+  - name: pea
+    joint: {type: free}
+    shape: {type: sphere, radius: 1 cm}
+    inertia: {type: solid, mass: 4.2 g}
+    initial: {position: [0 mm, 100 mm, 10 mm], orientation_rpy: [1 deg, 2 deg, 3 deg], velocity: [1 mm/s, 2 mm/s, 3 mm/s], angular_velocity: [1 rad/s, 2 rad/s, 3 rad/s]}
+contacts:
+  - {bodies: [pea, ground], stiffness: 1.3e8 N/m^3, damping: 2 s/m, friction: 0.4, rolling_resistance: 0.03, slip_speed: 2 mm/s}
+  - {bodies: [tool, pea], stiffness: 1e8 N/m^3}
+design:
+  body: tool
+  mesh: meshes/tool.obj
+  cage: meshes/tool_cage.obj
+  mesh_unit: 1 mm
+  parameters:
+    - {name: width, initial: 44 mm, lower: 20 mm, upper: 56 mm}
+    - {name: depth, initial: 0 mm, lower: -15 mm, upper: 30 mm}
+  vertex_groups:
+    - {name: left, vertices: [0, 1, 2, 3]}
+    - {name: right, vertices: [4, 5]}
+  moves:
+    - {parameter: width, group: left, direction: [-0.5, 0, 0]}
+    - {parameter: width, group: right, direction: [0.5, 0, 0]}
+    - {parameter: depth, group: left, direction: [0, 1, 0]}
+rollout: {horizon: 1 s, step: 2 ms, integrator: bdf2, newton_tolerance: 1e-9, newton_max_iterations: 20}
+loss:
+  task:
+    - {type: crossing, body: pea, axis: y, at: 370 mm, opening_axis: x, opening_center: 1 mm, opening_half_width: 20 mm, weight: 2, length_unit: 1 cm, shortfall_weight: 3, shortfall_scale: 4 cm}
+  distillation:
+    - {type: position_match, body: pea, axes: [x, y], sample_period: 20 ms, normalize: mean, weight: 5, length_unit: 1 cm}
+success: {type: crosses_opening, body: pea, axis: y, at: 370 mm, opening_axis: x, opening_half_width: 20 mm}
+variation:
+  - {key: "bodies.pea.initial.position[0]", distribution: uniform, lower: -20 mm, upper: 20 mm}
+  - {key: "contacts[0].friction", distribution: normal, mean: 0.4, std: 0.05, truncate_at: 2}
+  - {key: "loss.task[0].opening_center", distribution: uniform, lower: -1 mm, upper: 1 mm}
+learning: {method: simple_continual, variations: 10, batch: 2, dimensions_per_batch: 1, alpha: 0.2, learning_rate: 0.5, decay: 0.4, optimizer: LD_MMA, max_evaluations: 7, seed: 9007199254740991}
+evaluation: {variations: 20, seed: 12}
+)";
+
+}  // namespace knap

@@ -1,0 +1,111 @@
+#include "sim/scenarios/scenario_files.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "sim/scenarios/dump_scene.h"
+#include "tests/sim/scenarios/sample_scenes.h"
+
+namespace knap {
+namespace {
+
+namespace fs = std::filesystem;
+
+class ScenarioFilesTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    const testing::TestInfo* info = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::path(testing::TempDir()) / ("knap_scenario_files_" + std::to_string(getpid()) + info->name());
+    fs::create_directories(folder_ / "meshes");
+    Write("scene.yaml", kEverythingYaml);
+    Write("meshes/tool.obj", std::string("mesh \0\r\n\xff bytes", 14));
+    Write("meshes/tool_cage.obj", "");
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  void Write(const std::string& name, const std::string& bytes) {
+    std::ofstream(folder_ / name, std::ios::binary) << bytes;
+  }
+
+  LoadedScenario Load(const std::vector<std::string>& overrides = {}) {
+    return LoadScenario(folder_ / "scene.yaml", overrides);
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(ScenarioFilesTest, CarryTheSceneAndItsMeshesWithoutTheDisk) {
+  const LoadedScenario loaded = Load({"learning.batch=3"});
+  ASSERT_TRUE(loaded.parsed.ok()) << loaded.parsed.FormatErrors();
+  ASSERT_EQ(loaded.files.size(), 3u);
+  EXPECT_EQ(loaded.files.at("meshes/tool.obj"), std::string("mesh \0\r\n\xff bytes", 14));
+  EXPECT_EQ(loaded.files.at("meshes/tool_cage.obj"), "");
+  fs::remove_all(folder_);
+  const Scene scene = ParseScenarioFiles(loaded.files);
+  EXPECT_EQ(scene.learning.batch, 3);
+  EXPECT_EQ(DumpScene(scene), DumpScene(loaded.parsed.scene));
+}
+
+TEST_F(ScenarioFilesTest, MissingFilesAreErrorsOfTheConfig) {
+  fs::remove(folder_ / "meshes/tool.obj");
+  fs::remove(folder_ / "meshes/tool_cage.obj");
+  fs::create_directory(folder_ / "meshes/tool_cage.obj");
+  const LoadedScenario loaded = Load({"learning.batch=x"});
+  const std::string file = (folder_ / "scene.yaml").string();
+  const std::string meshes = (folder_ / "meshes").string();
+  EXPECT_EQ(loaded.parsed.FormatErrors(),
+            file + ":52:9: design.mesh: value 'meshes/tool.obj': the file " + meshes +
+                "/tool.obj cannot be read: No such file or directory\n" + file +
+                ":53:9: design.cage: value 'meshes/tool_cage.obj': the file " + meshes +
+                "/tool_cage.obj cannot be read: not a regular file\n"
+                "command line: learning.batch=x: learning.batch: value 'x': expected an integer, from 1 to 1e+09\n");
+  EXPECT_TRUE(loaded.files.empty());
+}
+
+TEST_F(ScenarioFilesTest, AMissingScenarioIsAnError) {
+  const LoadedScenario loaded = LoadScenario(folder_ / "none.yaml");
+  EXPECT_EQ(loaded.parsed.FormatErrors(),
+            (folder_ / "none.yaml").string() + ":1:1: cannot be read: No such file or directory\n");
+}
+
+TEST_F(ScenarioFilesTest, RefuseWhatIsNotExactlyAScenario) {
+  const std::map<std::string, std::string> files = Load().files;
+  const auto expect_error = [](const std::map<std::string, std::string>& changed, const std::string& message) {
+    try {
+      ParseScenarioFiles(changed);
+      ADD_FAILURE() << "accepted; expected: " << message;
+    } catch (const std::runtime_error& e) {
+      EXPECT_EQ(e.what(), message);
+    }
+  };
+  std::map<std::string, std::string> changed = files;
+  changed.erase(kScenarioFileName);
+  expect_error(changed, "the scenario has no scenario.yaml");
+  changed = files;
+  changed.erase("meshes/tool.obj");
+  expect_error(changed, "the scenario lacks the file 'meshes/tool.obj' that its design.mesh names");
+  changed = files;
+  changed["../evil"] = "x";
+  expect_error(changed, "the scenario carries a file '../evil' that it does not name");
+  changed = files;
+  changed[kScenarioFileName] += "oops: 1\n";
+  EXPECT_THROW(ParseScenarioFiles(changed), std::runtime_error);
+}
+
+TEST(IsScenarioFilePath, StaysInTheFolder) {
+  for (const char* path : {"tool.obj", "meshes/tool.obj", "a/b/c", "..x", "a..b/c.."}) {
+    EXPECT_TRUE(IsScenarioFilePath(path)) << path;
+  }
+  for (const char* path : {"", "/", "/etc/passwd", "..", "../x", "a/../b", "a/..", "./a", "a//b", "a/", "a\\b", "C:x",
+                           "a\nb", "scenario.yaml"}) {
+    EXPECT_FALSE(IsScenarioFilePath(path)) << path;
+  }
+  EXPECT_FALSE(IsScenarioFilePath(std::string(300, 'a')));
+}
+
+}  // namespace
+}  // namespace knap
