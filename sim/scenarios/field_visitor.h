@@ -170,13 +170,23 @@ class FieldVisitor {
   // `names` are those of the variant's alternatives, in their order; `info.key` is "type" or another key.
   template <class... Types>
   void OneOf(const FieldInfo& info, std::variant<Types...>& value, const std::string_view (&names)[sizeof...(Types)]) {
+    OneOf(info, value, names, [](FieldVisitor& v, auto& alternative) { VisitFields(v, alternative); });
+  }
+
+  // The same, for alternatives whose fields need more than themselves: visit_alternative(visitor, alternative).
+  template <class... Types, class VisitAlternative>
+  void OneOf(const FieldInfo& info, std::variant<Types...>& value, const std::string_view (&names)[sizeof...(Types)],
+             const VisitAlternative& visit_alternative) {
     Alternatives(info,
                  {names, [&value] { return value.index(); },
                   [&value](std::size_t i) {
                     static const std::array<std::variant<Types...>, sizeof...(Types)> kDefaults{Types{}...};
                     if (value.index() != i) value = kDefaults[i];
                   }},
-                 [&value](FieldVisitor& v) { std::visit([&v](auto& kind) { VisitFields(v, kind); }, value); });
+                 [&value, visit_alternative](FieldVisitor& v) {
+                   std::visit([&v, &visit_alternative](auto& alternative) { visit_alternative(v, alternative); },
+                              value);
+                 });
   }
 
  private:

@@ -145,6 +145,12 @@ static void VisitFields(FieldVisitor& v, FreeState& s) {
   VisitVector(v, "angular_velocity", "of B in J", kAngularSpeed, s.angular_velocity);
 }
 
+static string_view DescribeState(const RevoluteJoint&) { return "state of a revolute joint at time 0"; }
+static string_view DescribeState(const PrismaticJoint&) { return "state of a prismatic joint at time 0"; }
+static string_view DescribeState(const BallJoint&) { return "state of a ball joint at time 0"; }
+static string_view DescribeState(const PlanarJoint&) { return "state of a planar joint at time 0"; }
+static string_view DescribeState(const FreeJoint&) { return "state of a free joint at time 0"; }
+
 // ---- Bodies -------------------------------------------------------------------------------------------------------
 
 static void VisitFields(FieldVisitor&, HalfSpaceShape&) {}
@@ -203,8 +209,7 @@ static void VisitFields(FieldVisitor& v, Body& b) {
   std::visit(
       [&v](auto& joint) {
         if constexpr (requires { joint.initial; }) {
-          v.Struct({.key = "initial", .doc = "state at time 0, where the joint has one", .required = false},
-                   joint.initial);
+          v.Struct({.key = "initial", .doc = DescribeState(joint), .required = false}, joint.initial);
         }
       },
       b.joint.kind);
@@ -267,31 +272,31 @@ static void VisitFields(FieldVisitor& v, Design& d) {
 
 // ---- Variation ----------------------------------------------------------------------------------------------------
 
-static void VisitFields(FieldVisitor& v, Variation& x) {
-  v.Text({.key = "key",
-          .doc = "path of the number that varies, such as `bodies.pea.initial.position[0]`",
-          .role = TextRole::kNumericKey},
-         x.key);
-  v.OneOf({.key = "distribution", .doc = "of its values"}, x.distribution, {"uniform", "normal"});
-  if (auto* uniform = std::get_if<UniformDistribution>(&x.distribution)) {
-    v.Number({.key = "lower", .doc = "least value", .dimension_of = &x.key}, uniform->lower);
-    v.Number({.key = "upper", .doc = "largest value", .dimension_of = &x.key}, uniform->upper);
-  } else if (auto* normal = std::get_if<NormalDistribution>(&x.distribution)) {
-    v.Number({.key = "mean", .doc = "of the values", .dimension_of = &x.key}, normal->mean);
-    v.Number(
-        {.key = "std", .doc = "standard deviation before truncation", .dimension_of = &x.key, .range = kNonNegative},
-        normal->std);
-    v.Number({.key = "truncate_at",
-              .doc = "largest distance from the mean, in standard deviations",
-              .required = false,
-              .range = {0.0, 10.0, true}},
-             normal->truncate_at);
-  }
+// The numbers of a distribution have the dimension of the key.
+static void VisitDistribution(FieldVisitor& v, const std::string& key, UniformDistribution& d) {
+  v.Number({.key = "lower", .doc = "least value", .dimension_of = &key}, d.lower);
+  v.Number({.key = "upper", .doc = "largest value", .dimension_of = &key}, d.upper);
 }
 
-// Their numbers have the unit of the varied key, which Variation knows.
-static void VisitFields(FieldVisitor&, UniformDistribution&) {}
-static void VisitFields(FieldVisitor&, NormalDistribution&) {}
+static void VisitDistribution(FieldVisitor& v, const std::string& key, NormalDistribution& d) {
+  v.Number({.key = "mean", .doc = "of the values", .dimension_of = &key}, d.mean);
+  v.Number({.key = "std", .doc = "standard deviation before truncation", .dimension_of = &key, .range = kNonNegative},
+           d.std);
+  v.Number({.key = "truncate_at",
+            .doc = "largest distance from the mean, in standard deviations",
+            .required = false,
+            .range = {0.0, 10.0, true}},
+           d.truncate_at);
+}
+
+static void VisitFields(FieldVisitor& v, Variation& x) {
+  v.Text({.key = "key",
+          .doc = "of the number that varies, such as `bodies.pea.initial.position[0]`",
+          .role = TextRole::kNumericKey},
+         x.key);
+  v.OneOf({.key = "distribution", .doc = "of its values"}, x.distribution, {"uniform", "normal"},
+          [&x](FieldVisitor& w, auto& distribution) { VisitDistribution(w, x.key, distribution); });
+}
 
 // ---- Rollout, loss, success ---------------------------------------------------------------------------------------
 

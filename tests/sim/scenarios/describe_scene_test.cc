@@ -1,0 +1,39 @@
+#include "sim/scenarios/describe_scene.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sim/scenarios/dump_scene.h"
+#include "sim/scenarios/parse_scene.h"
+#include "tests/sim/scenarios/sample_scenes.h"
+
+namespace knap {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(DescribeSceneFormat, TellsUnitsRangesAndDefaults) {
+  const std::string text = DescribeSceneFormat();
+  EXPECT_THAT(text, HasSubstr("## `bodies[].shape`: type sphere\n"));
+  EXPECT_THAT(text, HasSubstr("| `radius` | number in m, more than 0 m | required | of the sphere, centred at Bo |"));
+  EXPECT_THAT(text, HasSubstr("| `batch` | integer, from 1 to 1e+09 | 5 | M: variations in a batch |"));
+  EXPECT_THAT(text, HasSubstr("| `gravity` | list of 3: number in m/s^2 | [0 m/s^2, 0 m/s^2, -9.81 m/s^2] |"));
+  EXPECT_THAT(text, HasSubstr("## `bodies[].initial`: state of a ball joint at time 0\n"));
+  EXPECT_THAT(text, HasSubstr("| `integrator` | one of bdf1, bdf2 | bdf2 |"));
+}
+
+// Whatever a file can hold is described: every key of the fullest sample appears in some table.
+TEST(DescribeSceneFormat, KnowsEveryKey) {
+  const std::string text = DescribeSceneFormat();
+  const std::string dump = DumpScene(ParseScene(kEverythingYaml, "f.yaml").scene);
+  int keys = 0;
+  for (std::size_t line = 0; line < dump.size(); line = dump.find('\n', line) + 1) {
+    const std::size_t key = dump.find_first_not_of(" -", line);
+    EXPECT_THAT(text, HasSubstr("| `" + dump.substr(key, dump.find(':', key) - key) + "` |"));
+    ++keys;
+  }
+  EXPECT_GT(keys, 150);
+}
+
+}  // namespace
+}  // namespace knap
