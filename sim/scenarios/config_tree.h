@@ -5,8 +5,10 @@
 // is a number is for the field that holds it to say.
 #pragma once
 
+#include <compare>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace knap {
