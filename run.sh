@@ -24,7 +24,7 @@ build_release bin/knap bin/knap-worker knap_types_jar
 
 learn=("$knap_root/build/release/bin/knap" learn "$config" "$@")
 if [[ -z ${LCM_DEFAULT_URL-} && " $* " != *' --lcm-url'* ]] && ! has_multicast_route && has_private_network; then
-  say "no multicast route here: knap runs in a network namespace of its own (this run only; lcm-spy outside sees nothing)"
+  say "no multicast route here: knap runs in a network namespace of its own, which lcm-spy outside does not see"
   in_private_network "${learn[@]}"
 else
   exec "${learn[@]}"

@@ -3,7 +3,7 @@
 #
 # Starts lcm-spy with knap's message types. URL is the run's (default: $LCM_DEFAULT_URL, then LCM's own default);
 # JAR is the knap_types.jar of build/release unless others are named.
-# The start script that Debian and Ubuntu 22.04 ship passes an option that newer Javas refuse, hence the plain command.
+# Debian's own start script passes an option that Java 17 refuses, hence the plain command.
 set -euo pipefail
 
 case ${1-} in

@@ -44,7 +44,7 @@ stop_started() {
 trap stop_started EXIT
 
 # Xvfb picks a free display itself and writes its number.
-Xvfb -displayfd 3 -screen 0 1600x1000x24 -nolisten tcp 3>"$log/display" 2>"$log/xvfb" &
+Xvfb -displayfd 3 -screen 0 1600x1300x24 -nolisten tcp 3>"$log/display" 2>"$log/xvfb" &
 started+=($!)
 for _ in {1..100}; do
   [[ -s $log/display ]] && break
@@ -64,12 +64,13 @@ if ! spy=$(timeout 30 xdotool search --sync --onlyvisible --name '^LCM Spy$' | h
 fi
 "$@" >"$log/command" 2>&1 &
 started+=($!)
-xdotool windowsize --sync "$spy" 800 500
-xdotool windowmove "$spy" 0 20
+xdotool windowsize --sync "$spy" 795 295
+xdotool windowmove "$spy" 0 0
 sleep "$settle_s"  # channels appear as their first messages come
 
 # The rows lie below a header of 18 pixels and are 16 pixels high. A double click opens the channel's window, whose
-# title is the channel's name; the windows fill a grid right of and below the table, never over it.
+# title is the channel's name. The screen is a grid of two columns and four lines: the table is its first cell, the
+# windows fill the others, and those beyond the eighth pile up on the last.
 channel_windows() {
   xdotool search --onlyvisible --class 'lcm-spy' 2>/dev/null | while read -r window; do
     name=$(xdotool getwindowname "$window" 2>/dev/null || true)
@@ -78,7 +79,7 @@ channel_windows() {
 }
 seen=
 opened=0
-for row in {0..27}; do
+for row in {0..13}; do
   xdotool windowactivate --sync "$spy" mousemove --window "$spy" 60 $((18 + 16 * row + 8)) click --repeat 2 --delay 80 1
   fresh=
   for _ in {1..15}; do
@@ -88,13 +89,11 @@ for row in {0..27}; do
   done
   [[ -n $fresh ]] || break
   window=${fresh%% *}
-  if ((opened < 2)); then x=805 y=$((20 + 250 * opened)); else
-    line=$(((opened - 2) / 4)) column=$(((opened - 2) % 4))
-    x=$((400 * column)) y=$((550 + 225 * line))
-  fi
-  xdotool windowsize --sync "$window" 395 195 windowmove "$window" "$x" "$y"
-  echo "${fresh#* }"
   opened=$((opened + 1))
+  cell=$((opened < 7 ? opened : 7))
+  column=$((cell % 2)) line=$((cell / 2))
+  xdotool windowsize --sync "$window" 795 295 windowmove "$window" $((800 * column)) $((325 * line))
+  echo "${fresh#* }"
   seen=$(channel_windows)
 done
 if ((opened == 0)); then
