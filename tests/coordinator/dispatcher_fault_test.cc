@@ -53,7 +53,7 @@ void RunSchedule(std::uint64_t seed, DispatchCounters* sum) {
   });
 
   for (int call = 0; call < 3; ++call) {
-    auto queries = SimulatedCluster::MakeQueries(7, 5.0 * call);
+    auto queries = SimulatedCluster::MakeQueries(7, 10.0 * call);
     const auto repeated = SimulatedCluster::MakeQueries(2);
     queries.insert(queries.end(), repeated.begin(), repeated.end());
     const auto expected = cluster.CalcExpected(queries);
