@@ -95,6 +95,7 @@ void WorkerReactor::Join(const control_t& control) {
 }
 
 void WorkerReactor::Cancel(const ContentId& id, std::int64_t sequence) {
+  // A computation cannot be broken off; its answer is sent all the same, for a second answer is a check on the first.
   const auto first = queue_.begin() + (running_ ? 1 : 0);
   queue_.erase(std::remove_if(first, queue_.end(), [&](const Job& job) { return job.id == id; }), queue_.end());
   ErasePartial(id);
@@ -233,13 +234,7 @@ void WorkerReactor::FinishJob(const EngineAnswer& answer) {
     parts.back().values.assign(values.begin(), values.end());
   });
 
-  ResultStore::Entry& entry = results_.Add(job.id, std::move(parts));
-  const auto tombstone = cancelled_.find(job.id);
-  if (tombstone != cancelled_.end() && tombstone->second >= 0) {
-    results_.Acknowledge(job.id);
-  } else if (run_id_ != 0) {
-    PublishResult(&entry);
-  }
+  PublishResult(&results_.Add(job.id, std::move(parts)));
 }
 
 void WorkerReactor::PublishResult(ResultStore::Entry* entry) {
