@@ -1,10 +1,16 @@
 #include "lcmtypes/wire/lcm_transport.h"
 
 #include <fmt/format.h>
+#include <poll.h>
+#include <sys/eventfd.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
 #include <chrono>
+#include <cstring>
 #include <fstream>
 #include <stdexcept>
 #include <utility>
@@ -18,7 +24,6 @@ namespace {
 
 constexpr std::size_t kQueueCapacity = 16384;        // messages: at most 21 MB
 constexpr int kWantedReceiveBuffer = 4 << 20;        // [byte]; the default holds 92 datagrams of 1 KB
-constexpr int kStopPollMs = 100;                     // how long the destructor may wait for the thread
 
 // As much as we want and the kernel gives: asking for more makes liblcm complain.
 int ChooseReceiveBuffer() {
@@ -47,12 +52,17 @@ LcmTransport::LcmTransport(const std::string& url, const std::vector<std::string
   } else {
     SubscribeAll(channels);
   }
+  stop_fd_ = eventfd(0, EFD_CLOEXEC);
+  if (stop_fd_ < 0) throw std::runtime_error(fmt::format("eventfd: {}", std::strerror(errno)));
   receiver_ = std::thread([this] { DrainIntoQueue(); });
 }
 
 LcmTransport::~LcmTransport() {
   stopping_ = true;
+  const std::uint64_t one = 1;
+  [[maybe_unused]] const ssize_t written = write(stop_fd_, &one, sizeof(one));  // ends the poll
   receiver_.join();
+  close(stop_fd_);
 }
 
 void LcmTransport::SubscribeAll(const std::vector<std::string>& channels) {
@@ -82,8 +92,11 @@ void LcmTransport::SubscribeFiltered(int port, const std::vector<std::string>& c
 }
 
 void LcmTransport::DrainIntoQueue() {
-  // After the server of a tcpq URL has gone there is no descriptor, and handleTimeout would abort.
-  while (!stopping_ && lcm_.getFileno() >= 0 && lcm_.handleTimeout(kStopPollMs) >= 0) {
+  // After the server of a tcpq URL has gone there is no descriptor any more, and handle would abort.
+  while (!stopping_ && lcm_.getFileno() >= 0) {
+    std::array<pollfd, 2> waiting{pollfd{lcm_.getFileno(), POLLIN, 0}, pollfd{stop_fd_, POLLIN, 0}};
+    if (poll(waiting.data(), waiting.size(), -1) < 0 && errno != EINTR) return;
+    if (waiting[0].revents != 0 && lcm_.handle() < 0) return;
   }
 }
 

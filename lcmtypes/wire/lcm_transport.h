@@ -49,6 +49,7 @@ class LcmTransport : public Transport {
   lcm::LCM lcm_;
   int receive_buffer_size_ = 0;
   std::atomic<bool> stopping_{false};
+  int stop_fd_ = -1;  // an eventfd that wakes the thread to see stopping_
   std::mutex publish_mutex_;
   mutable std::mutex mutex_;  // guards all below
   std::condition_variable arrived_;
