@@ -138,13 +138,13 @@ TEST_F(LcmTransportTest, HostileDatagramsDoNotReachTheLibrary) {
   LcmTransport receiver(url_, {"KNAP_A"}, &clock_);
   const RawSender raw(url_);
   const std::string channel("KNAP_A\0", 7);
-  // Fragments: of one message with different sizes and offsets beyond its end, and duplicated ones.
-  for (std::uint32_t i = 0; i < 50; ++i) {
-    raw.Send(MakeFragment(i, 100, 0, 0, 2, channel + std::string(40, 'x')));
-    raw.Send(MakeFragment(i, 4000, 0xfffffff0, 1, 2, std::string(500, 'y')));
-    raw.Send(MakeFragment(i, 100, 0, 0, 2, channel + std::string(40, 'x')));
-    raw.Send(MakeFragment(i, 100, 90, 1, 2, std::string(1000, 'z')));
-  }
+  // A fragment that comes twice: taken for two, it completes a message of which 60 bytes never came.
+  raw.Send(MakeFragment(1, 100, 0, 0, 2, channel + std::string(40, 'x')));
+  raw.Send(MakeFragment(1, 100, 0, 0, 2, channel + std::string(40, 'x')));
+  EXPECT_FALSE(receiver.Receive(50'000).has_value());
+  // A fragment whose offset and length together wrap around to a place within the message.
+  raw.Send(MakeFragment(2, 100, 0, 0, 2, channel + std::string(40, 'x')));
+  raw.Send(MakeFragment(2, 100, 0xfffffff0, 1, 2, std::string(100, 'y')));
   // Whole messages without an end of the channel's name, and with a name of ours that goes on.
   raw.Send("LC02" + MakeBigEndian(1, 4) + "KNAP_A");
   raw.Send("LC02" + MakeBigEndian(1, 4) + std::string(1000, 'c'));
