@@ -11,6 +11,7 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <stdexcept>
 #include <string>
 
 #include "lcmtypes/wire/channels.h"
@@ -97,6 +98,9 @@ int RunWorkerProgram(int argc, char** argv, std::unique_ptr<Engine> engine) {
     Work(&reactor, &transport, clock);
     // A computation cannot be broken off, and nobody waits for this one: leave without it.
     if (executor.busy()) std::_Exit(0);
+  } catch (const std::invalid_argument& e) {
+    fmt::print(stderr, "knap-worker: {}\n", e.what());  // the URL
+    return 2;
   } catch (const std::exception& e) {
     fmt::print(stderr, "knap-worker: {}\n", e.what());
     return 1;
