@@ -1,0 +1,81 @@
+// What goes into the dispatcher and comes out of it, apart from queries and outcomes: options, counters, reports,
+// and the ways in which a run can fail to get its answers.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "coordinator/rollout_service.h"
+#include "lcmtypes/wire/codec.h"
+#include "lcmtypes/wire/content_id.h"
+
+namespace knap {
+
+struct DispatchOptions {
+  std::int64_t run_id = 0;         // a nonce of this run's; not 0
+  std::string engine = "knap";     // workers with another engine get no work
+  int credits = 2;                 // requests that one worker holds at a time, 1 to kMaxQueue: one runs, one waits
+  double lease_s = 1.0;            // a worker silent for so long is believed gone; it sends its status at 4 Hz
+  double stall_s = 120.0;          // a worker without any progress for so long is believed stuck
+  double no_worker_s = 30.0;       // so long without a worker while requests wait: NoWorkers
+  std::size_t max_answers = 1 << 17;  // answers remembered for repeated queries; the oldest are forgotten
+};
+
+struct DispatchCounters {
+  std::int64_t requested = 0;       // queries given to Evaluate
+  std::int64_t remembered = 0;      // of these: answered from memory, or equal to another one of the same call
+  std::int64_t computed = 0;        // answers accepted from workers
+  std::int64_t reissued = 0;        // requests given to another worker because the first was lost or stuck
+  std::int64_t resent = 0;          // requests sent again to the same worker because it had not got them
+  std::int64_t duplicates = 0;      // answers to requests that had one already
+  std::int64_t late = 0;            // answers that nobody waits for any more
+  std::int64_t workers_lost = 0;    // workers that fell silent or died
+  std::int64_t workers_stalled = 0;
+  std::int64_t other_protocol = 0;  // status messages of workers that speak another protocol version
+  std::int64_t other_engine = 0;    // status messages of workers with another engine
+  std::int64_t other_run = 0;       // answers that belong to another run
+  RefusalCounters refused;          // messages that are not what they should be
+};
+
+// One accepted answer, for rollouts.csv and the journal.
+struct RolloutReport {
+  ContentId id{};
+  const RolloutQuery* query = nullptr;      // valid during the call alone
+  const RolloutOutcome* outcome = nullptr;  // valid during the call alone
+  std::string worker;
+  std::int32_t attempt = 0;   // of the computation that gave this answer
+  double waited_s = 0.0;      // from Evaluate to the answer
+  double compute_s = 0.0;     // as the worker measured it
+};
+
+// How the run goes, for run_status_t; the schedule fills it, the dispatcher adds the cluster's figures and sends it.
+struct RunProgress {
+  std::int32_t state = 0;  // run_status_t::kWaiting, kLearning, kEvaluating, kDone
+  double progress = 0.0;
+  double loss = 0.0;
+  double grad_norm = 0.0;
+  double best_loss = 0.0;
+  double radius = 0.0;
+  double eta_s = -1.0;
+  std::int32_t iteration = 0;
+  std::int32_t batch = 0;
+  std::int32_t batch_count = 0;
+  std::vector<double> theta;
+  std::string scenario;
+  std::string method;
+};
+
+// No worker came, or all were lost, for DispatchOptions::no_worker_s. The command line exits with 4.
+class NoWorkers : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// The stop flag was set while waiting. The command line exits with 130.
+class Interrupted : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+}  // namespace knap

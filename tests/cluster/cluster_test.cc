@@ -1,0 +1,369 @@
+// Real worker processes over real LCM: right answers whoever dies.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "coordinator/dispatch/dispatcher.h"
+#include "coordinator/local_workers.h"
+#include "lcmtypes/wire/lcm_transport.h"
+#include "lcmtypes/wire/multicast.h"
+#include "tests/worker/closed_form_engine.h"
+
+namespace knap {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+double ReadClock() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+class Cluster {
+ public:
+  // Each step of a rollout takes step_us; a rollout has 10.
+  Cluster(int workers, int step_us, const std::string& more_scenario = "", DispatchOptions options = {},
+          const std::string& mesh = "")
+      : directory_(std::filesystem::temp_directory_path() / fmt::format("knap-cluster-{}-{}", getpid(), ++count_)) {
+    std::filesystem::create_directories(directory_);
+    key_ = RunKey::MakeRandom();
+    key_.WriteFile(directory_ / "key");
+    scenario_["scenario.txt"] = fmt::format("dimension 4\nsteps 10\nstep_us {}\n{}", step_us, more_scenario);
+    if (!mesh.empty()) scenario_["mesh.stl"] = mesh;
+    options.run_id = 4711;
+    options.engine = "closed-form";
+    transport_ = std::make_unique<LcmTransport>(url_, Dispatcher::ListChannels(), &clock_);
+    dispatcher_ = std::make_unique<Dispatcher>(options, key_, scenario_, transport_.get(), &clock_);
+    LocalWorkerOptions worker_options;
+    worker_options.count = workers;
+    worker_options.program = FindWorkerProgram("knap-test-worker");
+    worker_options.lcm_url = url_;
+    worker_options.key_file = directory_ / "key";
+    worker_options.log_directory = directory_;
+    workers_ = std::make_unique<LocalWorkers>(worker_options, &clock_, [this](const std::string& name, pid_t pid, DeathCause cause) {
+      dispatcher_->ReportDeath(name, pid, cause);
+    });
+    dispatcher_->set_on_pump([this] {
+      if (on_pump) on_pump();
+      workers_->Poll();
+    });
+    dispatcher_->set_on_stalled([this](const KnownWorker& worker) { workers_->Kill(worker.name, worker.pid); });
+    dispatcher_->set_on_result([this](const RolloutReport& report) { answered_by.insert(report.worker); });
+  }
+  ~Cluster() {
+    workers_.reset();
+    std::filesystem::remove_all(directory_);
+  }
+
+  static std::vector<RolloutQuery> MakeQueries(int count, double offset = 0.0) {
+    std::vector<RolloutQuery> queries(static_cast<std::size_t>(count));
+    for (std::size_t i = 0; i < queries.size(); ++i) {
+      const double x = offset + static_cast<double>(i);
+      queries[i].theta = {x, 0.1 * x, 1.0 - x, 0.5};
+      queries[i].variation = {0.25 * x, 0.3};
+    }
+    return queries;
+  }
+
+  // Evaluates and compares every answer, bit for bit, with one computed in this process.
+  void EvaluateAndCheck(const std::vector<RolloutQuery>& queries) {
+    const std::vector<RolloutOutcome> outcomes = dispatcher_->Evaluate(queries);
+    ClosedFormEngine engine;
+    const auto loaded = engine.Load({{"scenario.txt", "dimension 4\nsteps 10\n"}});
+    ASSERT_EQ(outcomes.size(), queries.size());
+    for (std::size_t i = 0; i < queries.size(); ++i) {
+      const EngineAnswer expected =
+          loaded->Run({queries[i].theta, queries[i].theta_reference, queries[i].variation, queries[i].gradient},
+                      [](std::int64_t, std::int64_t) {});
+      EXPECT_EQ(outcomes[i].loss, expected.loss) << "query " << i;
+      EXPECT_EQ(outcomes[i].gradient, expected.gradient) << "query " << i;
+    }
+  }
+
+  // Waits until this many workers have joined and loaded.
+  void WaitForWorkers(int count) {
+    const double end = ReadClock() + 10.0;
+    while (dispatcher_->CountUsableWorkers() < count) {
+      ASSERT_LT(ReadClock(), end) << "workers do not come";
+      dispatcher_->Pump(0.01);
+    }
+  }
+
+  std::function<void()> on_pump;
+  std::set<std::string> answered_by;
+  Dispatcher& dispatcher() { return *dispatcher_; }
+  LocalWorkers& workers() { return *workers_; }
+  const std::string& url() const { return url_; }
+  std::string key_file() const { return directory_ / "key"; }
+
+ private:
+  static inline int count_ = 0;
+  std::string url_ = MakeFreeLcmUrl();
+  std::filesystem::path directory_;
+  SteadyClock clock_;
+  RunKey key_;
+  std::map<std::string, std::string> scenario_;
+  std::unique_ptr<LcmTransport> transport_;
+  std::unique_ptr<Dispatcher> dispatcher_;
+  std::unique_ptr<LocalWorkers> workers_;
+};
+
+TEST(ClusterTest, TenQueriesKeepTwoWorkersBusy) {
+  Cluster cluster(2, 5000);
+  cluster.WaitForWorkers(2);
+  const double begin = ReadClock();
+  cluster.EvaluateAndCheck(Cluster::MakeQueries(10));
+  const double elapsed = ReadClock() - begin;
+  EXPECT_EQ(cluster.answered_by.size(), 2u);
+  // Ten sleeps of at least 50 ms on two workers; one worker alone would need 500 ms.
+  EXPECT_GE(elapsed, 0.25);
+  EXPECT_LT(elapsed, 0.5);
+}
+
+// A worker started by hand, as with --external: nobody starts it again.
+class HandWorker {
+ public:
+  explicit HandWorker(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), FindWorkerProgram("knap-test-worker"));
+    std::vector<char*> words;
+    for (std::string& argument : arguments) words.push_back(argument.data());
+    words.push_back(nullptr);
+    pid_ = fork();
+    if (pid_ == 0) {
+      execv(words[0], words.data());
+      _exit(127);
+    }
+  }
+  ~HandWorker() {
+    kill(pid_, SIGKILL);
+    if (!waited_) waitpid(pid_, nullptr, 0);
+  }
+  HandWorker(const HandWorker&) = delete;
+  HandWorker& operator=(const HandWorker&) = delete;
+
+  void Signal(int signal) const { kill(pid_, signal); }
+  pid_t pid() const { return pid_; }
+  int WaitForExitCode() {
+    int status = 0;
+    waitpid(pid_, &status, 0);
+    waited_ = true;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+ private:
+  pid_t pid_ = 0;
+  bool waited_ = false;
+};
+
+TEST(ClusterTest, KilledWorkersChangeNothing) {
+  Cluster cluster(2, 5000);  // local-1 lives on, local-2 is killed every half second and started again
+  HandWorker mortal({"--lcm-url", cluster.url(), "--key", cluster.key_file(), "--name", "mortal"});  // dies for good
+  cluster.WaitForWorkers(3);
+  double next_kill = ReadClock() + 0.5;
+  double death = ReadClock() + 0.3;
+  cluster.on_pump = [&] {
+    if (ReadClock() > death) {
+      mortal.Signal(SIGKILL);
+      death = 1e300;
+    }
+    if (ReadClock() < next_kill) return;
+    next_kill += 0.5;
+    const std::vector<pid_t> processes = cluster.workers().ListProcesses();
+    if (processes.size() == 2) kill(processes[1], SIGKILL);
+  };
+  cluster.EvaluateAndCheck(Cluster::MakeQueries(100));
+  EXPECT_EQ(cluster.answered_by, (std::set<std::string>{"local-1", "local-2", "mortal"}));
+  EXPECT_GE(cluster.workers().restarts(), 2);
+  EXPECT_GE(cluster.dispatcher().counters().workers_lost, 3);
+  EXPECT_GE(cluster.dispatcher().counters().reissued, 3);
+}
+
+TEST(ClusterTest, FrozenWorkersRequestsGoToOthersWithinTwoSeconds) {
+  Cluster cluster(1, 5000);
+  HandWorker frozen({"--lcm-url", cluster.url(), "--key", cluster.key_file(), "--name", "frozen"});
+  cluster.WaitForWorkers(2);
+  const double begin = ReadClock();
+  bool stopped = false;
+  cluster.on_pump = [&] {
+    if (stopped || ReadClock() < begin + 0.1) return;
+    frozen.Signal(SIGSTOP);
+    stopped = true;
+  };
+  cluster.EvaluateAndCheck(Cluster::MakeQueries(8));
+  EXPECT_LT(ReadClock() - begin, 2.5);
+  EXPECT_GE(cluster.dispatcher().counters().reissued, 1);
+  frozen.Signal(SIGCONT);  // it comes back, its late answers agree, and it works on
+  cluster.WaitForWorkers(2);
+  cluster.answered_by.clear();
+  cluster.EvaluateAndCheck(Cluster::MakeQueries(8, 100.0));
+  EXPECT_EQ(cluster.answered_by.count("frozen"), 1u);
+}
+
+TEST(ClusterTest, RequestThatCrashesWorkersIsPoison) {
+  Cluster cluster(2, 1000, "crash_at 666\n");
+  cluster.WaitForWorkers(2);
+  auto queries = Cluster::MakeQueries(5);
+  queries[2].variation = {666.0};
+  const std::string id = FormatHex(cluster.dispatcher().CalcId(queries[2]));
+  try {
+    cluster.dispatcher().Evaluate(queries);
+    FAIL() << "nothing was thrown";
+  } catch (const std::runtime_error& e) {
+    EXPECT_THAT(e.what(), AllOf(HasSubstr("poison"), HasSubstr(id)));
+  }
+  queries.erase(queries.begin() + 2);
+  cluster.EvaluateAndCheck(queries);  // the cluster lives on
+}
+
+TEST(ClusterTest, HangingRequestIsTakenAwayAndItsWorkerKilled) {
+  DispatchOptions options;
+  options.stall_s = 0.6;
+  Cluster cluster(2, 1000, "hang_at 13\n", options);
+  cluster.WaitForWorkers(2);
+  auto queries = Cluster::MakeQueries(3);
+  queries[1].variation = {13.0};
+  try {
+    cluster.dispatcher().Evaluate(queries);
+    FAIL() << "nothing was thrown";
+  } catch (const std::runtime_error& e) {
+    EXPECT_THAT(e.what(), HasSubstr("no progress"));
+  }
+  EXPECT_EQ(cluster.dispatcher().counters().workers_stalled, 3);
+  EXPECT_GE(cluster.workers().restarts(), 1);
+}
+
+TEST(ClusterTest, LargeScenarioReachesWorkers) {
+  // 300 KB in pieces of 1 KB to three workers at once.
+  Cluster cluster(3, 0, "", {}, std::string(300'000, 'm'));
+  cluster.EvaluateAndCheck(Cluster::MakeQueries(6));
+}
+
+TEST(ClusterTest, WorkersWithoutTheKeyGetNoWork) {
+  DispatchOptions options;
+  options.no_worker_s = 1.0;
+  Cluster cluster(0, 0, "", options);
+  HandWorker stranger({"--lcm-url", cluster.url(), "--name", "stranger"});
+  EXPECT_THROW(cluster.dispatcher().Evaluate(Cluster::MakeQueries(1)), NoWorkers);
+  EXPECT_GE(cluster.dispatcher().counters().refused.corrupt, 2);
+}
+
+TEST(ClusterTest, StopEndsEveryWorker) {
+  Cluster cluster(0, 0);
+  HandWorker a({"--lcm-url", cluster.url(), "--key", cluster.key_file(), "--name", "a"});
+  HandWorker b({"--lcm-url", cluster.url(), "--key", cluster.key_file(), "--name", "b"});
+  cluster.WaitForWorkers(2);
+  cluster.EvaluateAndCheck(Cluster::MakeQueries(4));
+  cluster.dispatcher().StopWorkers(2.0);
+  EXPECT_EQ(a.WaitForExitCode(), 0);
+  EXPECT_EQ(b.WaitForExitCode(), 0);
+}
+
+TEST(ClusterTest, TerminatedWorkerSaysGoodbye) {
+  Cluster cluster(1, 5000);
+  HandWorker leaver({"--lcm-url", cluster.url(), "--key", cluster.key_file(), "--name", "leaver"});
+  cluster.WaitForWorkers(2);
+  const double begin = ReadClock();
+  bool told = false;
+  cluster.on_pump = [&] {
+    if (!told && ReadClock() > begin + 0.1) leaver.Signal(SIGTERM);
+    told = told || ReadClock() > begin + 0.1;
+  };
+  cluster.EvaluateAndCheck(Cluster::MakeQueries(8));
+  EXPECT_LT(ReadClock() - begin, 1.0);  // nobody waited for a lease to expire
+  EXPECT_EQ(leaver.WaitForExitCode(), 0);
+  EXPECT_EQ(cluster.dispatcher().counters().workers_lost, 0);
+}
+
+TEST(WorkerProgramTest, BadUsageExitsWithTwo) {
+  EXPECT_EQ(HandWorker({"--nonsense"}).WaitForExitCode(), 2);
+  EXPECT_EQ(HandWorker({"--name", "no spaces"}).WaitForExitCode(), 2);
+  EXPECT_EQ(HandWorker({"--key", "/nowhere/key"}).WaitForExitCode(), 2);
+  EXPECT_EQ(HandWorker({"--lcm-url", "udpm://1.2.3.4:5"}).WaitForExitCode(), 2);
+}
+
+TEST(LocalWorkersTest, MissingProgramIsNamed) {
+  SteadyClock clock;
+  LocalWorkerOptions options;
+  options.program = "/nowhere/knap-worker";
+  EXPECT_THROW(LocalWorkers(options, &clock, [](const std::string&, pid_t, DeathCause) {}), std::runtime_error);
+}
+
+TEST(LocalWorkersTest, WorkerThatCannotLiveEndsWithItsLastLine) {
+  SteadyClock clock;
+  const std::filesystem::path directory = std::filesystem::temp_directory_path() / fmt::format("knap-local-{}", getpid());
+  std::filesystem::create_directories(directory);
+  LocalWorkerOptions options;
+  options.program = FindWorkerProgram("knap-test-worker");
+  options.lcm_url = "udpm://1.2.3.4:5";
+  options.log_directory = directory;
+  int deaths = 0;
+  LocalWorkers workers(options, &clock, [&](const std::string&, pid_t, DeathCause cause) {
+    ++deaths;
+    EXPECT_EQ(cause, DeathCause::kOutside);
+  });
+  std::string line;
+  const double end = ReadClock() + 20.0;
+  while (line.empty() && ReadClock() < end) {
+    try {
+      workers.Poll();
+      usleep(5000);
+    } catch (const std::runtime_error& e) {
+      line = e.what();
+    }
+  }
+  EXPECT_THAT(line, AllOf(HasSubstr("local-1"), HasSubstr("exit code 2"), HasSubstr("no multicast address"), HasSubstr(".log")));
+  EXPECT_EQ(deaths, 5);
+  std::filesystem::remove_all(directory);
+}
+
+bool IsGone(pid_t pid) {
+  std::ifstream file(fmt::format("/proc/{}/stat", pid));
+  std::string number, name, state;
+  return !(file >> number >> name >> state) || state == "Z";
+}
+
+TEST(LocalWorkersTest, WorkersDieWithTheirParent) {
+  int line[2];
+  ASSERT_EQ(pipe(line), 0);
+  const std::string url = MakeFreeLcmUrl();
+  const pid_t parent = fork();
+  if (parent == 0) {
+    SteadyClock clock;
+    LocalWorkerOptions options;
+    options.program = FindWorkerProgram("knap-test-worker");
+    options.lcm_url = url;
+    LocalWorkers workers(options, &clock, [](const std::string&, pid_t, DeathCause) {});
+    const pid_t worker = workers.ListProcesses()[0];
+    if (write(line[1], &worker, sizeof(worker)) != sizeof(worker)) _exit(1);
+    pause();
+    _exit(0);
+  }
+  pid_t worker = 0;
+  ASSERT_EQ(read(line[0], &worker, sizeof(worker)), static_cast<ssize_t>(sizeof(worker)));
+  EXPECT_FALSE(IsGone(worker));
+  usleep(200'000);  // it has become the worker program by now
+  EXPECT_FALSE(IsGone(worker));
+  kill(parent, SIGKILL);
+  waitpid(parent, nullptr, 0);
+  const double end = ReadClock() + 5.0;
+  while (!IsGone(worker) && ReadClock() < end) usleep(10'000);
+  EXPECT_TRUE(IsGone(worker));
+  close(line[0]);
+  close(line[1]);
+}
+
+}  // namespace
+}  // namespace knap

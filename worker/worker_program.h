@@ -1,0 +1,15 @@
+// The program around an engine: command line, LCM, signals, the reactor's loop.
+#pragma once
+
+#include <memory>
+
+#include "worker/engine.h"
+
+namespace knap {
+
+// knap-worker [--lcm-url URL] [--key FILE] [--name NAME]
+// Works until its run says stop or SIGTERM or SIGINT comes. Returns the exit code: 0 done, 1 failed while running
+// (the network, say), 2 bad usage. Without --name the worker is called HOST-PID.
+int RunWorkerProgram(int argc, char** argv, std::unique_ptr<Engine> engine);
+
+}  // namespace knap
