@@ -1,6 +1,7 @@
 #include "tests/sim/dynamics/scenes.h"
 
 #include <cmath>
+#include <stdexcept>
 
 namespace knap::test {
 
@@ -33,6 +34,46 @@ TriangleMesh MakeBar(double a, double b, double c, int nx, int nz) {
     quad(front(nx, k), front(nx, k + 1), sheet + front(nx, k + 1), sheet + front(nx, k));
   }
   return mesh;
+}
+
+Pose MakeFloorPose(double c) {
+  Pose X_WG;
+  X_WG.R = Eigen::AngleAxisd(0.5 * std::acos(-1.0), Eigen::Vector3d::UnitX()).toRotationMatrix();
+  X_WG.p.y() = 0.5 * c;
+  return X_WG;
+}
+
+SimulationOptions MakeOptions(double step, double duration, int order) {
+  SimulationOptions options;
+  options.step = step;
+  options.steps = static_cast<int>(std::lround(duration / step));
+  options.order = order;
+  options.newton_tolerance = 1e-11;
+  return options;
+}
+
+std::vector<BallSample> RunBall(const BallScene& scene, const SimulationOptions& options) {
+  Dynamics dynamics(scene.tree);
+  ContactModel contacts(scene.contacts);
+  Simulator simulator(&dynamics, &contacts);
+  std::vector<BallSample> samples;
+  const auto record = [&](double time) {
+    const BodyKinematics& k = dynamics.kinematics()[scene.ball];
+    BallSample sample{time, k.X_WB.p, k.X_WB.R * k.V.tail<3>(), k.X_WB.R * k.V.head<3>(), k.X_WB.R};
+    for (const ContactReport& report : contacts.reports()) {
+      sample.f += report.f_W;
+      sample.m += report.m_W;
+    }
+    samples.push_back(sample);
+  };
+  dynamics.CalcKinematics(scene.q0, scene.v0, Eigen::VectorXd::Zero(scene.tree.nv()), 0.0);
+  contacts.AddWrenches(&dynamics, false);
+  record(0.0);
+  simulator.observer = record;
+  const Trajectory trajectory = simulator.Run(scene.q0, scene.v0, options);
+  if (!trajectory.certificate.converged) throw std::runtime_error("a step of the ball's run failed");
+  if (trajectory.certificate.subdivided_steps > 0) throw std::runtime_error("a step of the ball's run was cut");
+  return samples;
 }
 
 double FindRestingHeight(const BallScene& scene, const ContactMaterial& material, double g) {

@@ -68,6 +68,26 @@ struct BallScene {
 // A box [−a, a] × [−b, 0] × [0, c] whose front face y = 0 has nx × nz cells; closed and outward.
 TriangleMesh MakeBar(double a, double b, double c, int nx, int nz);
 
+// The same bar lying flat as a floor: its fine face is the plane z = 0 of the world, centred at the origin.
+Pose MakeFloorPose(double c);
+
+// The ball at one state, all in the world; f on it at its centre and m about it, summed over its contacts.
+struct BallSample {
+  double time = 0.0;
+  Eigen::Vector3d p = Eigen::Vector3d::Zero();
+  Eigen::Vector3d v = Eigen::Vector3d::Zero();
+  Eigen::Vector3d w = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d f = Eigen::Vector3d::Zero();
+  Eigen::Vector3d m = Eigen::Vector3d::Zero();
+};
+
+// Whole steps that fill `duration`, a tolerance near rounding.
+SimulationOptions MakeOptions(double step, double duration, int order);
+
+// All states of a run, the start included. Throws when a step fails or had to be cut.
+std::vector<BallSample> RunBall(const BallScene& scene, const SimulationOptions& options);
+
 // Height of a resting ball's centre: E π r d² … solved from the half-space's closed form by bisection.
 double FindRestingHeight(const BallScene& scene, const ContactMaterial& material, double g);
 
