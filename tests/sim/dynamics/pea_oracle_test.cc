@@ -122,7 +122,7 @@ TEST_P(FloorTest, SlidingTimeAndDistanceApproachTheClosedForm) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Floors, FloorTest,
-                         testing::Values(Floor::kHalfSpace, Floor::kCoarseMesh));
+                         testing::Values(Floor::kHalfSpace, Floor::kCoarseMesh, Floor::kFineMesh));
 
 // ---- Incline ------------------------------------------------------------------------------------------------------
 
