@@ -76,15 +76,16 @@ void ContactModel::AddWrenches(Dynamics* dynamics, bool want_jacobian) {
     const SphereContact& contact = contacts_[index];
     const RelativeMotion motion = CalcRelativeMotion(*dynamics, contact);
     Total total;
+    double sum_W = 0.0;
+    Vector3d sum_g = Vector3d::Zero();
+    SphereTriangleJacobian sum_geometry{Eigen::RowVector3d::Zero(), Matrix3d::Zero()};
     const auto add = [&](const SphereTriangleIntegrals& integrals, const Vector3d& n) {
-      const PatchForce patch = CalcPatchForce(contact.material, contact.radius, integrals.W, integrals.g, motion.u,
-                                              motion.w, want_jacobian);
-      if (want_jacobian) {
-        const SphereTriangleJacobian geometry = CalcSphereTriangleJacobian(integrals, n);
-        total.Add(patch, &geometry);
-      } else {
-        total.Add(patch, nullptr);
-      }
+      sum_W += integrals.W;
+      sum_g += integrals.g;
+      if (!want_jacobian) return;
+      const SphereTriangleJacobian geometry = CalcSphereTriangleJacobian(integrals, n);
+      sum_geometry.dW_dc += geometry.dW_dc;
+      sum_geometry.dg_dc += geometry.dg_dc;
     };
     if (contact.mesh) {
       for (const int t : FindCandidates(static_cast<int>(index), motion.c)) {
@@ -95,6 +96,10 @@ void ContactModel::AddWrenches(Dynamics* dynamics, bool want_jacobian) {
     } else {
       const SphereTriangleIntegrals integrals = CalcSpherePlane(Vector3d::UnitZ(), motion.c.z(), contact.radius);
       if (integrals.active) add(integrals, Vector3d::UnitZ());
+    }
+    if (sum_W > 0.0) {
+      total.Add(CalcPatchForce(contact.material, contact.radius, sum_W, sum_g, motion.u, motion.w, want_jacobian),
+                want_jacobian ? &sum_geometry : nullptr);
     }
     ContactReport& report = reports_[index];
     report = ContactReport{};
@@ -107,6 +112,7 @@ void ContactModel::AddWrenches(Dynamics* dynamics, bool want_jacobian) {
     ExternalWrench& wrench = dynamics->external()[contact.sphere_body];
     wrench.F.head<3>() += m_B + contact.p_BC.cross(f_B);
     wrench.F.tail<3>() += f_B;
+    wrench.moment_scale += (contact.radius + contact.p_BC.norm()) * f_B.norm();
     if (!want_jacobian) continue;
 
     // (c, u, w) in the perturbation (phi, epsilon) of the pose and (dw, dv) of the twist, all in B.
@@ -151,13 +157,21 @@ void ContactModel::PullBackVertices(const Dynamics& dynamics, const std::vector<
     bar_fm.head<3>() = motion.R_SB * (bar.tail<3>() + bar.head<3>().cross(contact.p_BC));
     bar_fm.tail<3>() = motion.R_SB * bar.head<3>();
     Eigen::Matrix3Xd& target = (*bar_vertices)[index];
-    for (const int t : FindCandidates(static_cast<int>(index), motion.c)) {
+    double W = 0.0;
+    Vector3d g = Vector3d::Zero();
+    const std::vector<int>& candidates = FindCandidates(static_cast<int>(index), motion.c);
+    for (const int t : candidates) {
+      const SphereTriangleIntegrals integrals =
+          CalcSphereTriangle(contact.mesh->frames()[t], motion.c, contact.radius);
+      W += integrals.W;
+      g += integrals.g;
+    }
+    const PatchForce patch = CalcPatchForce(contact.material, contact.radius, W, g, motion.u, motion.w, true);
+    const Eigen::Vector4d bar_Wg = patch.jacobian.leftCols<4>().transpose() * bar_fm;
+    for (const int t : candidates) {
       const TriangleFrame& frame = contact.mesh->frames()[t];
       const SphereTriangleIntegrals integrals = CalcSphereTriangle(frame, motion.c, contact.radius);
       if (!integrals.active) continue;
-      const PatchForce patch =
-          CalcPatchForce(contact.material, contact.radius, integrals.W, integrals.g, motion.u, motion.w, true);
-      const Eigen::Vector4d bar_Wg = patch.jacobian.leftCols<4>().transpose() * bar_fm;
       const std::array<Vector3d, 3> bar_v =
           PullBackSphereTriangle(frame, integrals, motion.c, contact.radius, bar_Wg(0), bar_Wg.tail<3>());
       for (int k = 0; k < 3; ++k) target.col(contact.mesh->triangles()[t][k]) += bar_v[k];

@@ -101,6 +101,7 @@ void Dynamics::CalcKinematics(const VectorXd& q, const VectorXd& v, const Vector
     k.V = k.V_carried + k.V_joint;
     k.A = k.A_carried + A_joint + CrossMotion(k.V, k.V_joint);
     external_[i].F.setZero();
+    external_[i].moment_scale = 0.0;
     external_[i].dF_deta.setZero();
     external_[i].dF_dV.setZero();
   }
@@ -116,6 +117,7 @@ void Dynamics::CalcResidual(const VectorXd& v, double rate, VectorXd* r, VectorX
     F_[i] = inertial + gyroscopic - external_[i].F;
     F_magnitude_[i] =
         inertial.cwiseAbs() + gyroscopic.cwiseAbs() + external_[i].F.cwiseAbs() + rate * momentum.cwiseAbs();
+    F_magnitude_[i].head<3>().array() += external_[i].moment_scale;
   }
   for (int i = tree_->size() - 1; i >= 0; --i) {
     if (!dynamic_[i]) continue;

@@ -33,6 +33,7 @@ struct BodyKinematics {
 // The wrench on one body from outside, about Bo in B, and its derivatives in the body's own perturbation.
 struct ExternalWrench {
   Vector6d F = Vector6d::Zero();
+  double moment_scale = 0.0;  // sum of force × lever over the forces that F's moment sums [N m]
   Matrix6d dF_deta = Matrix6d::Zero();
   Matrix6d dF_dV = Matrix6d::Zero();
 };
