@@ -1,0 +1,68 @@
+// The engine `knap`: the differentiable simulator behind the worker's protocol.
+#include "worker/knap_engine.h"
+
+#include <chrono>
+#include <utility>
+
+#include "sim/rollout/rollout.h"
+
+namespace knap {
+namespace {
+
+double ReadSeconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+Eigen::VectorXd ToVector(const std::vector<double>& values) {
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+class KnapScenario final : public EngineScenario {
+ public:
+  explicit KnapScenario(const ScenarioFiles& files) : model_(files) { model_.clock = ReadSeconds; }
+
+  EngineAnswer Run(const EngineRequest& request,
+                   const std::function<void(std::int64_t, std::int64_t)>& progress) override {
+    EngineAnswer answer;
+    RolloutInput input;
+    input.theta = ToVector(request.theta);
+    input.theta_reference = ToVector(request.theta_reference);
+    input.variation = request.variation;
+    input.want_gradient = request.gradient;
+    try {
+      const RolloutOutput output = model_.Run(input, [&](int done, int total) { progress(done, total); });
+      answer.loss = output.loss;
+      answer.success = output.success;
+      answer.gradient.assign(output.gradient.data(), output.gradient.data() + output.gradient.size());
+      answer.finite = output.certificate.finite;
+      answer.converged = output.certificate.converged;
+      answer.smooth = output.smooth;
+      answer.worst_residual = output.certificate.worst_residual;
+      answer.subdivided_steps = output.certificate.subdivided_steps;
+      answer.contact_onsets = output.certificate.contact_onsets;
+      answer.steps = output.steps;
+      answer.forward_s = model_.forward_s;
+      answer.gradient_s = model_.gradient_s;
+    } catch (const std::invalid_argument& error) {
+      answer.error = error.what();
+    }
+    return answer;
+  }
+
+ private:
+  RolloutModel model_;
+};
+
+class KnapEngine final : public Engine {
+ public:
+  std::string name() const override { return "knap"; }
+  std::unique_ptr<EngineScenario> Load(const ScenarioFiles& files) override {
+    return std::make_unique<KnapScenario>(files);
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<Engine> MakeEngine() { return std::make_unique<KnapEngine>(); }
+
+}  // namespace knap
