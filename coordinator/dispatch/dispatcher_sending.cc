@@ -39,15 +39,40 @@ void Dispatcher::AssignWaiting() {
       passed_over.push_back(id);  // a suspect waits for an idle worker; others need not wait for it
       continue;
     }
-    request.waiting = false;
-    request.assigned_to.push_back(worker->instance);
-    if (++request.attempts > 1) ++counters_.reissued;
-    if (worker->assigned.empty()) worker->progress_us = clock_->now_us();
-    worker->assigned.push_back(id);
-    worker->alone = request.suspect;
-    SendRequest(id, &request, worker);
+    if (request.attempts > 0) ++counters_.reissued;
+    Assign(id, &request, worker);
   }
   waiting_.insert(waiting_.begin(), passed_over.begin(), passed_over.end());
+  if (waiting_.empty()) MoveToIdleWorkers();
+}
+
+void Dispatcher::Assign(const ContentId& id, OpenRequest* request, KnownWorker* worker) {
+  request->waiting = false;
+  request->assigned_to.push_back(worker->instance);
+  ++request->attempts;
+  if (worker->assigned.empty()) worker->progress_us = clock_->now_us();
+  worker->assigned.push_back(id);
+  worker->alone = request->suspect;
+  SendRequest(id, request, worker);
+}
+
+void Dispatcher::MoveToIdleWorkers() {
+  for (auto& [idle_instance, idle] : roster_.workers()) {
+    if (!IsUsable(idle) || !idle.assigned.empty()) continue;
+    KnownWorker* fullest = nullptr;
+    for (auto& [instance, worker] : roster_.workers()) {
+      if (worker.assigned.size() < 2) continue;  // the one that runs stays
+      if (fullest == nullptr || worker.assigned.size() > fullest->assigned.size()) fullest = &worker;
+    }
+    if (fullest == nullptr) return;
+    const ContentId id = fullest->assigned.back();
+    OpenRequest& request = open_.at(id);
+    request.waiting = true;  // so that it does not go back to waiting_
+    Unassign(id, fullest);
+    fullest->unsent_cancellations.push_back(id);
+    ++counters_.moved;
+    Assign(id, &request, &idle);
+  }
 }
 
 KnownWorker* Dispatcher::ChooseWorker(const OpenRequest& request) {

@@ -41,8 +41,8 @@ class WorkerRoster {
   // a worker that has departed.
   KnownWorker* Update(const worker_status_t& status, std::int64_t arrival_us);
 
-  KnownWorker* Find(std::int64_t instance);                                // null when unknown
-  KnownWorker* FindProcess(const std::string& name, std::int32_t pid);     // null when unknown
+  KnownWorker* Find(std::int64_t instance);                             // null when unknown
+  KnownWorker* FindProcess(const std::string& name, std::int32_t pid);  // null when unknown
 
   // Forgets a worker for good: what still comes from it is a message from the past.
   void Remove(std::int64_t instance);

@@ -29,8 +29,8 @@ extern "C" const char* __tsan_default_suppressions() { return "race:g_static_rec
 namespace knap {
 namespace {
 
-constexpr std::size_t kQueueCapacity = 16384;        // messages: at most 21 MB
-constexpr int kWantedReceiveBuffer = 4 << 20;        // [byte]; the default holds 92 datagrams of 1 KB
+constexpr std::size_t kQueueCapacity = 16384;  // messages: at most 21 MB
+constexpr int kWantedReceiveBuffer = 4 << 20;  // [byte]; the default holds 92 datagrams of 1 KB
 
 // As much as we want and the kernel gives: asking for more makes liblcm complain.
 int ChooseReceiveBuffer() {
