@@ -231,8 +231,10 @@ void Dispatcher::HandleResult(const rollout_result_t& result, std::int64_t arriv
     worker->silent = false;
     worker->stalled = false;
     worker->progress_us = arrival_us;
+    worker->last_sequence = std::max(worker->last_sequence, result.sequence);  // statuses from before are outdated
   }
   const ContentId id = MakeId(result.id);
+  if (worker != nullptr && worker->running == id) worker->running = ContentId{};
   const auto open = open_.find(id);
   if (open == open_.end()) {
     if (const AnswerCache::Answer* known = answers_.Find(id)) {
@@ -324,7 +326,7 @@ void Dispatcher::CheckLeases(std::int64_t now_us) {
       ++counters_.workers_lost;
       Release(&worker);
     }
-    if (worker.assigned.empty() || worker.stalled) continue;
+    if (worker.CountOccupying() == 0 || worker.stalled) continue;
     if (now_us - std::max(worker.progress_us, listening_since_us_) <= stall_us) continue;
     worker.stalled = true;
     ++counters_.workers_stalled;

@@ -125,6 +125,7 @@ class Dispatcher : public RolloutService {
   // At the end of a batch: what waits behind a running request goes to a worker that has nothing to do. Should the
   // first have begun it meanwhile, both answer.
   void MoveToIdleWorkers();
+  std::optional<ContentId> FindMovable(const KnownWorker& worker) const;  // what it holds and does not run
   KnownWorker* ChooseWorker(const OpenRequest& request);
   void SendRequest(const ContentId& id, OpenRequest* request, KnownWorker* worker);
   void SendControl(std::int32_t kind, const KnownWorker& worker, std::span<const ContentId> ids);
