@@ -20,9 +20,9 @@
 namespace knap {
 namespace {
 
-constexpr std::int64_t kEarlyUs = 1'000'000;       // an end by itself before this age counts as early
+constexpr std::int64_t kEarlyUs = 1'000'000;  // an end by itself before this age counts as early
 constexpr int kMaxEarlyEnds = 5;
-constexpr std::int64_t kRestartDelayUs = 20'000;   // doubles with every early end in a row
+constexpr std::int64_t kRestartDelayUs = 20'000;  // doubles with every early end in a row
 constexpr auto kStopPoll = std::chrono::milliseconds(5);
 
 bool IsFaultSignal(int signal) {
@@ -31,7 +31,8 @@ bool IsFaultSignal(int signal) {
 }
 
 std::string DescribeEnd(int wait_status) {
-  if (WIFSIGNALED(wait_status)) return fmt::format("signal {} ({})", WTERMSIG(wait_status), strsignal(WTERMSIG(wait_status)));
+  if (WIFSIGNALED(wait_status))
+    return fmt::format("signal {} ({})", WTERMSIG(wait_status), strsignal(WTERMSIG(wait_status)));
   return fmt::format("exit code {}", WEXITSTATUS(wait_status));
 }
 
@@ -55,6 +56,7 @@ std::string ReadLastLine(const std::string& path) {
     dup2(null_fd, STDIN_FILENO);
     dup2(null_fd, STDOUT_FILENO);  // the coordinator's stdout is for its own document
   }
+  close_range(3, ~0U, 0);  // liblcm's sockets are not close-on-exec
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);

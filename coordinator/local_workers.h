@@ -21,7 +21,7 @@ namespace knap {
 
 struct LocalWorkerOptions {
   int count = 1;
-  std::string program;        // path; see FindWorkerProgram
+  std::string program;  // path; see FindWorkerProgram
   std::string lcm_url;
   std::string key_file;       // empty: the public default key
   std::string log_directory;  // worker NAME writes its stderr to NAME.log there; empty: to the coordinator's stderr

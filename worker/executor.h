@@ -19,7 +19,7 @@ struct StepProgress {
 struct ExecutorJob {
   ContentId scenario{};
   std::shared_ptr<const std::string> bundle;  // the scenario's bytes, loaded first unless it was the last one used
-  std::optional<EngineRequest> request;        // empty: only load the scenario
+  std::optional<EngineRequest> request;       // empty: only load the scenario
 };
 
 // Runs one job at a time. All functions are called by one thread, the reactor's.

@@ -32,7 +32,7 @@ class ScenarioFetch {
  private:
   ContentId scenario_;
   std::string bytes_;
-  std::vector<bool> have_;      // one flag a piece; empty until the first piece tells how many there are
+  std::vector<bool> have_;  // one flag a piece; empty until the first piece tells how many there are
   std::size_t missing_ = 0;
   std::vector<std::int32_t> asked_;
   std::optional<std::int64_t> asked_at_us_;

@@ -52,7 +52,8 @@ std::int64_t MakeNonce() {
 
 void Work(WorkerReactor* reactor, LcmTransport* transport, const Clock& clock) {
   while (!g_interrupted && !reactor->stopped()) {
-    const std::int64_t wait_us = std::clamp<std::int64_t>(reactor->next_deadline_us() - clock.now_us(), 0, kSignalPollUs);
+    const std::int64_t wait_us =
+        std::clamp<std::int64_t>(reactor->next_deadline_us() - clock.now_us(), 0, kSignalPollUs);
     std::optional<Message> message = transport->Receive(wait_us);
     while (message) {
       reactor->Handle(*message);

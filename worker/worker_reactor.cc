@@ -10,8 +10,8 @@ namespace knap {
 namespace {
 
 constexpr std::int64_t kStatusIntervalUs = 250'000;
-constexpr std::int64_t kResultRetryUs = 200'000;  // an answer not acknowledged is sent again
-constexpr std::int64_t kFetchRetryUs = 100'000;   // scenario pieces that did not come are asked for again
+constexpr std::int64_t kResultRetryUs = 200'000;   // an answer not acknowledged is sent again
+constexpr std::int64_t kFetchRetryUs = 100'000;    // scenario pieces that did not come are asked for again
 constexpr std::int64_t kRunSilenceUs = 2'000'000;  // a run silent for so long may be left for another one
 constexpr std::size_t kResultsPerRetry = 16;
 constexpr std::size_t kMaxResults = 1024;

@@ -15,24 +15,25 @@
 namespace knap {
 
 struct DispatchOptions {
-  std::int64_t run_id = 0;         // a nonce of this run's; not 0
-  std::string engine = "knap";     // workers with another engine get no work
-  int credits = 2;                 // requests that one worker holds at a time, 1 to kMaxQueue: one runs, one waits
-  double lease_s = 1.0;            // a worker silent for so long is believed gone; it sends its status at 4 Hz
-  double stall_s = 120.0;          // a worker without any progress for so long is believed stuck
-  double no_worker_s = 30.0;       // so long without a worker while requests wait: NoWorkers
+  std::int64_t run_id = 0;            // a nonce of this run's; not 0
+  std::string engine = "knap";        // workers with another engine get no work
+  int credits = 2;                    // requests that one worker holds at a time, 1 to kMaxQueue: one runs, one waits
+  double lease_s = 1.0;               // a worker silent for so long is believed gone; it sends its status at 4 Hz
+  double stall_s = 120.0;             // a worker without any progress for so long is believed stuck
+  double no_worker_s = 30.0;          // so long without a worker while requests wait: NoWorkers
   std::size_t max_answers = 1 << 17;  // answers remembered for repeated queries; the oldest are forgotten
 };
 
 struct DispatchCounters {
-  std::int64_t requested = 0;       // queries given to Evaluate
-  std::int64_t remembered = 0;      // of these: answered from memory, or equal to another one of the same call
-  std::int64_t computed = 0;        // answers accepted from workers
-  std::int64_t reissued = 0;        // requests given to another worker because the first was lost or stuck
-  std::int64_t resent = 0;          // requests sent again to the same worker because it had not got them
-  std::int64_t duplicates = 0;      // answers to requests that had one already
-  std::int64_t late = 0;            // answers that nobody waits for any more
-  std::int64_t workers_lost = 0;    // workers that fell silent or died
+  std::int64_t requested = 0;     // queries given to Evaluate
+  std::int64_t remembered = 0;    // of these: answered from memory, or equal to another one of the same call
+  std::int64_t computed = 0;      // answers accepted from workers
+  std::int64_t reissued = 0;      // requests given to another worker because the first was lost or stuck
+  std::int64_t moved = 0;         // requests taken from a busy worker's queue for one that had nothing to do
+  std::int64_t resent = 0;        // requests sent again to the same worker because it had not got them
+  std::int64_t duplicates = 0;    // answers to requests that had one already
+  std::int64_t late = 0;          // answers that nobody waits for any more
+  std::int64_t workers_lost = 0;  // workers that fell silent or died
   std::int64_t workers_stalled = 0;
   std::int64_t other_protocol = 0;  // status messages of workers that speak another protocol version
   std::int64_t other_engine = 0;    // status messages of workers with another engine
@@ -46,9 +47,9 @@ struct RolloutReport {
   const RolloutQuery* query = nullptr;      // valid during the call alone
   const RolloutOutcome* outcome = nullptr;  // valid during the call alone
   std::string worker;
-  std::int32_t attempt = 0;   // of the computation that gave this answer
-  double waited_s = 0.0;      // from Evaluate to the answer
-  double compute_s = 0.0;     // as the worker measured it
+  std::int32_t attempt = 0;  // of the computation that gave this answer
+  double waited_s = 0.0;     // from Evaluate to the answer
+  double compute_s = 0.0;    // as the worker measured it
 };
 
 // How the run goes, for run_status_t; the schedule fills it, the dispatcher adds the cluster's figures and sends it.

@@ -12,10 +12,11 @@
 namespace knap {
 namespace {
 
-constexpr std::int64_t kTurnUs = 20'000;            // longest wait for a message: hooks and leases come in between
-constexpr std::int64_t kPumpIntervalUs = 50'000;    // of the on_pump hook
-constexpr std::int64_t kPauseUs = 400'000;          // not listening for longer than this is a pause, not a worker's fault
-constexpr std::int64_t kLostUs = 100'000;           // a request sent earlier than this and not in the status is lost
+constexpr std::int64_t kTurnUs = 20'000;          // longest wait for a message: hooks and leases come in between
+constexpr std::int64_t kPumpIntervalUs = 50'000;  // of the on_pump hook
+constexpr std::int64_t kPauseUs = 400'000;        // not listening for longer than this is a pause, not a worker's fault
+constexpr std::int64_t kLostUs = 100'000;         // a request sent earlier than this and not in the status is lost
+constexpr std::int64_t kForgetUs = 60'000'000;    // a worker silent for so long is like a new one if it comes again
 constexpr std::int64_t kStopRetryUs = 100'000;
 constexpr int kMessagesPerTurn = 4096;
 constexpr std::int32_t kMaxFatalAttempts = 3;
@@ -63,7 +64,8 @@ Dispatcher::Dispatcher(DispatchOptions options, const RunKey& key, const std::ma
       answers_(options_.max_answers) {}
 
 ContentId Dispatcher::CalcId(const RolloutQuery& query) const {
-  return CalcRequestId({options_.engine, scenario(), query.theta, query.theta_reference, query.variation, query.gradient});
+  return CalcRequestId(
+      {options_.engine, scenario(), query.theta, query.theta_reference, query.variation, query.gradient});
 }
 
 std::vector<RolloutOutcome> Dispatcher::Evaluate(std::span<const RolloutQuery> queries) {
@@ -129,9 +131,7 @@ void Dispatcher::StopWorkers(double timeout_s) {
   stopping_ = false;
 }
 
-void Dispatcher::Preload(const ContentId& id, RolloutOutcome outcome) {
-  answers_.Insert(id, {std::move(outcome), ""});
-}
+void Dispatcher::Preload(const ContentId& id, RolloutOutcome outcome) { answers_.Insert(id, {std::move(outcome), ""}); }
 
 void Dispatcher::Turn(std::int64_t wait_us) {
   const std::int64_t begin_us = clock_->now_us();
@@ -231,8 +231,10 @@ void Dispatcher::HandleResult(const rollout_result_t& result, std::int64_t arriv
     worker->silent = false;
     worker->stalled = false;
     worker->progress_us = arrival_us;
+    worker->last_sequence = std::max(worker->last_sequence, result.sequence);  // statuses from before are outdated
   }
   const ContentId id = MakeId(result.id);
+  if (worker != nullptr && worker->running == id) worker->running = ContentId{};
   const auto open = open_.find(id);
   if (open == open_.end()) {
     if (const AnswerCache::Answer* known = answers_.Find(id)) {
@@ -258,7 +260,8 @@ void Dispatcher::HandleResult(const rollout_result_t& result, std::int64_t arriv
     return;
   }
   std::vector<PartialAnswer>& partial = open->second.partial;
-  auto part = std::find_if(partial.begin(), partial.end(), [&](const PartialAnswer& p) { return p.worker == result.sender; });
+  auto part =
+      std::find_if(partial.begin(), partial.end(), [&](const PartialAnswer& p) { return p.worker == result.sender; });
   if (part == partial.end()) {
     partial.push_back({result.sender, ValueAssembly(result.gradient_size)});
     part = partial.end() - 1;
@@ -276,8 +279,8 @@ void Dispatcher::CompareWithKnown(const rollout_result_t& result, const AnswerCa
                                      ? DescribeDifference(result, known.outcome)
                                      : fmt::format("it fails with '{}'", result.error);
   if (difference.empty()) return;
-  Fail(fmt::format("workers disagree on request {}: worker {} against {}: {}", FormatHex(MakeId(result.id)), result.worker,
-                   known.worker.empty() ? "the journal" : "worker " + known.worker, difference));
+  Fail(fmt::format("workers disagree on request {}: worker {} against {}: {}", FormatHex(MakeId(result.id)),
+                   result.worker, known.worker.empty() ? "the journal" : "worker " + known.worker, difference));
 }
 
 void Dispatcher::Accept(const ContentId& id, const rollout_result_t& result, const std::vector<double>& gradient) {
@@ -313,6 +316,8 @@ void Dispatcher::Accept(const ContentId& id, const rollout_result_t& result, con
 }
 
 void Dispatcher::CheckLeases(std::int64_t now_us) {
+  std::erase_if(roster_.workers(),
+                [&](const auto& entry) { return entry.second.silent && now_us - entry.second.heard_us > kForgetUs; });
   const std::int64_t lease_us = ToMicroseconds(options_.lease_s);
   const std::int64_t stall_us = ToMicroseconds(options_.stall_s);
   for (auto& [instance, worker] : roster_.workers()) {
@@ -321,14 +326,15 @@ void Dispatcher::CheckLeases(std::int64_t now_us) {
       ++counters_.workers_lost;
       Release(&worker);
     }
-    if (worker.assigned.empty() || worker.stalled) continue;
+    if (worker.CountOccupying() == 0 || worker.stalled) continue;
     if (now_us - std::max(worker.progress_us, listening_since_us_) <= stall_us) continue;
     worker.stalled = true;
     ++counters_.workers_stalled;
     const ContentId stuck = worker.running == ContentId{} ? worker.assigned.front() : worker.running;
     const auto request = open_.find(stuck);
     if (request != open_.end() && ++request->second.stalls >= kMaxStalls) {
-      Fail(fmt::format("request {} made no progress for {} s on {} workers", FormatHex(stuck), options_.stall_s, kMaxStalls));
+      Fail(fmt::format("request {} made no progress for {} s on {} workers", FormatHex(stuck), options_.stall_s,
+                       kMaxStalls));
     }
     Release(&worker);
     if (on_stalled_) on_stalled_(worker);
@@ -353,7 +359,8 @@ void Dispatcher::ReportDeath(const std::string& worker_name, std::int32_t pid, D
       // Among several the culprit is not known: from now on each of them runs alone.
       if (worker->assigned.size() > 1 && id != worker->running) continue;
       if (++request.fatal_attempts >= kMaxFatalAttempts) {
-        Fail(fmt::format("request {} is poison: {} workers crashed while they computed it", FormatHex(id), kMaxFatalAttempts));
+        Fail(fmt::format("request {} is poison: {} workers crashed while they computed it", FormatHex(id),
+                         kMaxFatalAttempts));
       }
     }
   }

@@ -94,8 +94,8 @@ class Dispatcher : public RolloutService {
   };
   struct OpenRequest {
     RolloutQuery query;
-    std::vector<RolloutOutcome*> slots;     // where the answer is wanted
-    std::vector<std::int64_t> assigned_to;  // workers that hold it
+    std::vector<RolloutOutcome*> slots;            // where the answer is wanted
+    std::vector<std::int64_t> assigned_to;         // workers that hold it
     std::map<std::int64_t, std::int64_t> sent_us;  // by worker: when it was last sent
     std::vector<PartialAnswer> partial;
     std::int64_t opened_us = 0;
@@ -121,6 +121,11 @@ class Dispatcher : public RolloutService {
   void CancelAll();
 
   void AssignWaiting();
+  void Assign(const ContentId& id, OpenRequest* request, KnownWorker* worker);
+  // At the end of a batch: what waits behind a running request goes to a worker that has nothing to do. Should the
+  // first have begun it meanwhile, both answer.
+  void MoveToIdleWorkers();
+  std::optional<ContentId> FindMovable(const KnownWorker& worker) const;  // what it holds and does not run
   KnownWorker* ChooseWorker(const OpenRequest& request);
   void SendRequest(const ContentId& id, OpenRequest* request, KnownWorker* worker);
   void SendControl(std::int32_t kind, const KnownWorker& worker, std::span<const ContentId> ids);

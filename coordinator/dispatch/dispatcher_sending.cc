@@ -1,6 +1,7 @@
 // The half of the dispatcher that decides what is sent to whom; dispatcher.cc has the half that listens.
 #include <algorithm>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -11,6 +12,7 @@ namespace knap {
 namespace {
 
 constexpr std::int64_t kStatusIntervalUs = 500'000;
+constexpr std::int64_t kArrivedUs = 100'000;  // a request sent earlier than this has arrived, or is lost
 
 // Takes up to `limit` ids off the front.
 std::vector<ContentId> TakeFront(std::vector<ContentId>* ids, std::size_t limit) {
@@ -39,23 +41,57 @@ void Dispatcher::AssignWaiting() {
       passed_over.push_back(id);  // a suspect waits for an idle worker; others need not wait for it
       continue;
     }
-    request.waiting = false;
-    request.assigned_to.push_back(worker->instance);
-    if (++request.attempts > 1) ++counters_.reissued;
-    if (worker->assigned.empty()) worker->progress_us = clock_->now_us();
-    worker->assigned.push_back(id);
-    worker->alone = request.suspect;
-    SendRequest(id, &request, worker);
+    if (request.attempts > 0) ++counters_.reissued;
+    Assign(id, &request, worker);
   }
   waiting_.insert(waiting_.begin(), passed_over.begin(), passed_over.end());
+  if (waiting_.empty()) MoveToIdleWorkers();
+}
+
+void Dispatcher::Assign(const ContentId& id, OpenRequest* request, KnownWorker* worker) {
+  request->waiting = false;
+  request->assigned_to.push_back(worker->instance);
+  ++request->attempts;
+  if (worker->CountOccupying() == 0) worker->progress_us = clock_->now_us();
+  worker->assigned.push_back(id);
+  worker->alone = request->suspect;
+  SendRequest(id, request, worker);
+}
+
+void Dispatcher::MoveToIdleWorkers() {
+  for (auto& [idle_instance, idle] : roster_.workers()) {
+    if (!IsUsable(idle) || idle.CountOccupying() > 0) continue;
+    for (auto& [instance, busy] : roster_.workers()) {
+      const std::optional<ContentId> id = FindMovable(busy);
+      if (!id) continue;
+      OpenRequest& request = open_.at(*id);
+      request.waiting = true;  // so that it does not go back to waiting_
+      Unassign(*id, &busy);
+      busy.unsent_cancellations.push_back(*id);
+      ++counters_.moved;
+      Assign(*id, &request, &idle);
+      break;
+    }
+  }
+}
+
+std::optional<ContentId> Dispatcher::FindMovable(const KnownWorker& worker) const {
+  for (std::size_t i = worker.assigned.size(); i-- > 0;) {
+    const ContentId& id = worker.assigned[i];
+    if (id == worker.running) continue;
+    // The first one has probably begun, unless a status from after its arrival names another.
+    const std::int64_t age_us = worker.status_us - open_.at(id).sent_us.at(worker.instance);
+    if (i > 0 || (worker.running != ContentId{} && age_us > kArrivedUs)) return id;
+  }
+  return std::nullopt;
 }
 
 KnownWorker* Dispatcher::ChooseWorker(const OpenRequest& request) {
   KnownWorker* best = nullptr;
   const std::size_t limit = request.suspect ? 1 : static_cast<std::size_t>(options_.credits);
   for (auto& [instance, worker] : roster_.workers()) {
-    if (!IsUsable(worker) || worker.alone || worker.assigned.size() >= limit) continue;
-    if (best == nullptr || worker.assigned.size() < best->assigned.size()) best = &worker;
+    if (!IsUsable(worker) || worker.alone || worker.CountOccupying() >= limit) continue;
+    if (best == nullptr || worker.CountOccupying() < best->CountOccupying()) best = &worker;
   }
   return best;
 }

@@ -34,7 +34,8 @@ std::vector<scenario_t> ScenarioServer::MakePieces(const control_t& want, std::i
     piece.chunk = chunk;
     piece.chunk_count = static_cast<std::int32_t>(sent_us_.size());
     piece.total_size = static_cast<std::int32_t>(bundle_.size());
-    piece.data.assign(bundle_.begin() + static_cast<std::ptrdiff_t>(begin), bundle_.begin() + static_cast<std::ptrdiff_t>(end));
+    piece.data.assign(bundle_.begin() + static_cast<std::ptrdiff_t>(begin),
+                      bundle_.begin() + static_cast<std::ptrdiff_t>(end));
     CopyId(scenario_, piece.scenario);
     pieces.push_back(std::move(piece));
   }

@@ -20,8 +20,8 @@ class ScenarioServer {
 
   const ContentId& scenario() const { return scenario_; }
 
-  // The pieces that this message (kWantScenario) asks for and that exist. What was sent a moment ago, for another worker
-  // that asked, is left out: everyone hears the same channel.
+  // The pieces that this message (kWantScenario) asks for and that exist. What was sent a moment ago, for another
+  // worker that asked, is left out: everyone hears the same channel.
   std::vector<scenario_t> MakePieces(const control_t& want, std::int64_t now_us);
 
  private:

@@ -22,6 +22,7 @@ KnownWorker* WorkerRoster::Update(const worker_status_t& status, std::int64_t ar
   worker.run_id = status.run_id;
   worker.last_sequence = status.sequence;
   worker.heard_us = arrival_us;
+  worker.status_us = arrival_us;
   worker.silent = false;
   worker.steps_done = status.steps_done;
   worker.finished = status.finished;

@@ -1,6 +1,7 @@
 // The workers a coordinator knows, each as its latest status described it, and what they were given.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -20,19 +21,27 @@ struct KnownWorker {
   std::string host;
   std::int32_t pid = 0;
   std::int64_t run_id = 0;         // the run it works for
-  std::int64_t last_sequence = 0;  // of its latest status
+  std::int64_t last_sequence = 0;  // of its latest message
   std::int64_t heard_us = 0;       // arrival of its latest message
+  std::int64_t status_us = 0;      // arrival of its latest status
   bool silent = false;             // its lease has expired; a sign of life ends this
   bool stalled = false;            // alive, but its computation makes no progress; progress ends this
   std::int64_t progress_us = 0;    // when it last got on: steps, an answer, or new work after idleness
   std::int64_t steps_done = 0;
   std::int64_t finished = 0;
   std::int32_t state = 0;
-  ContentId running{};
+  ContentId running{};              // by its latest status; zeros after the answer came
   std::vector<ContentId> assigned;  // given to it and not answered, in the order they were sent
   bool alone = false;               // what it holds is a suspect: nothing else may be given to it
   std::vector<ContentId> unsent_acknowledgements;
   std::vector<ContentId> unsent_cancellations;
+
+  // Requests that occupy it: what it was given, and what it still computes although it was taken from it.
+  std::size_t CountOccupying() const {
+    const bool abandoned =
+        running != ContentId{} && std::find(assigned.begin(), assigned.end(), running) == assigned.end();
+    return assigned.size() + (abandoned ? 1 : 0);
+  }
 };
 
 class WorkerRoster {
@@ -41,8 +50,8 @@ class WorkerRoster {
   // a worker that has departed.
   KnownWorker* Update(const worker_status_t& status, std::int64_t arrival_us);
 
-  KnownWorker* Find(std::int64_t instance);                                // null when unknown
-  KnownWorker* FindProcess(const std::string& name, std::int32_t pid);     // null when unknown
+  KnownWorker* Find(std::int64_t instance);                             // null when unknown
+  KnownWorker* FindProcess(const std::string& name, std::int32_t pid);  // null when unknown
 
   // Forgets a worker for good: what still comes from it is a message from the past.
   void Remove(std::int64_t instance);

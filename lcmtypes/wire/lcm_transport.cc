@@ -19,11 +19,18 @@
 #include "lcmtypes/wire/multicast.h"
 #include "lcmtypes/wire/socket_filter.h"
 
+#if defined(__SANITIZE_THREAD__)
+// glib makes its recursive mutexes on first use with atomics that the thread sanitizer does not see, for glib is not
+// instrumented; liblcm locks one in every call.
+extern "C" const char* __tsan_default_suppressions();
+extern "C" const char* __tsan_default_suppressions() { return "race:g_static_rec_mutex_lock\n"; }
+#endif
+
 namespace knap {
 namespace {
 
-constexpr std::size_t kQueueCapacity = 16384;        // messages: at most 21 MB
-constexpr int kWantedReceiveBuffer = 4 << 20;        // [byte]; the default holds 92 datagrams of 1 KB
+constexpr std::size_t kQueueCapacity = 16384;  // messages: at most 21 MB
+constexpr int kWantedReceiveBuffer = 4 << 20;  // [byte]; the default holds 92 datagrams of 1 KB
 
 // As much as we want and the kernel gives: asking for more makes liblcm complain.
 int ChooseReceiveBuffer() {

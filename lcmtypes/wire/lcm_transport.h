@@ -4,12 +4,11 @@
 // when that is full new ones are dropped and counted. On udpm the socket carries a kernel filter (socket_filter.h).
 #pragma once
 
-#include <lcm/lcm-cpp.hpp>
-
 #include <atomic>
 #include <condition_variable>
 #include <cstddef>
 #include <deque>
+#include <lcm/lcm-cpp.hpp>
 #include <mutex>
 #include <optional>
 #include <string>

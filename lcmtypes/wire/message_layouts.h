@@ -1,7 +1,8 @@
 // What the codec must know about each message type beyond the generated code: its counts and its bounds.
 //
 // SetCounts writes the length fields from the vectors (a wrong count makes the generated encoder read past the end).
-// Scan walks over the encoded fields, after the 8-byte fingerprint, and refuses lengths beyond the limits of channels.h.
+// Scan walks over the encoded fields, after the 8-byte fingerprint, and refuses lengths beyond the limits of
+// channels.h.
 #pragma once
 
 #include "knap/control_t.hpp"

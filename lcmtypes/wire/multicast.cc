@@ -111,8 +111,8 @@ UdpmAddress ParseUdpmUrl(const std::string& url) {
   if (!group.empty()) address.group = group;
   in_addr parsed{};
   if (inet_pton(AF_INET, address.group.c_str(), &parsed) != 1 || !IN_MULTICAST(ntohl(parsed.s_addr))) {
-    throw std::invalid_argument(fmt::format(
-        "LCM URL '{}': '{}' is no multicast address (224.0.0.0 to 239.255.255.255)", url, address.group));
+    throw std::invalid_argument(
+        fmt::format("LCM URL '{}': '{}' is no multicast address (224.0.0.0 to 239.255.255.255)", url, address.group));
   }
   if (network.size() > group.size()) {
     address.port = ParseInteger(network.substr(group.size() + 1), 1, 65535, url, "the port");
@@ -126,7 +126,8 @@ UdpmAddress ParseUdpmUrl(const std::string& url) {
       throw std::invalid_argument(
           fmt::format("LCM URL '{}': option '{}'; ttl=N and recv_buf_size=N are allowed", url, option));
     }
-    ParseInteger(option.substr(equals + 1), 0, name == "ttl" ? 255 : 1 << 30, url, name == "ttl" ? "ttl" : "recv_buf_size");
+    ParseInteger(option.substr(equals + 1), 0, name == "ttl" ? 255 : 1 << 30, url,
+                 name == "ttl" ? "ttl" : "recv_buf_size");
     address.options[std::string(name)] = option.substr(equals + 1);
     rest.remove_prefix(std::min(rest.size(), option.size() + 1));
   }
@@ -155,14 +156,16 @@ void CheckMulticast(const UdpmAddress& address) {
   const auto deadline = SteadyTime::now() + std::chrono::seconds(1);
   std::vector<char> buffer(65536);
   while (SteadyTime::now() < deadline) {
-    if (sendto(sender.fd(), probe.data(), probe.size(), 0, reinterpret_cast<const sockaddr*>(&group), sizeof(group)) < 0) {
+    if (sendto(sender.fd(), probe.data(), probe.size(), 0, reinterpret_cast<const sockaddr*>(&group), sizeof(group)) <
+        0) {
       ThrowNoMulticast(address, fmt::format("sending: {}", std::strerror(errno)));
     }
     pollfd waiting{receiver.fd(), POLLIN, 0};
     const auto next_send = SteadyTime::now() + std::chrono::milliseconds(100);
     while (SteadyTime::now() < next_send && poll(&waiting, 1, 100) > 0) {
       const ssize_t size = recv(receiver.fd(), buffer.data(), buffer.size(), MSG_DONTWAIT);
-      if (size == static_cast<ssize_t>(probe.size()) && std::memcmp(buffer.data(), probe.data(), probe.size()) == 0) return;
+      if (size == static_cast<ssize_t>(probe.size()) && std::memcmp(buffer.data(), probe.data(), probe.size()) == 0)
+        return;
     }
   }
   ThrowNoMulticast(address, "what was sent does not come back: a firewall, or no route over a device that loops back");

@@ -1,4 +1,5 @@
-// One participant's voice: stamps every message with sender, sequence number, run and wall time, seals it, publishes it.
+// One participant's voice: stamps every message with sender, sequence number, run and wall time, seals it, publishes
+// it.
 #pragma once
 
 #include <cstdint>

@@ -46,7 +46,8 @@ void SimulatedNetwork::Send(const std::string& channel, const std::vector<std::u
     for (int i = 0; i < copies; ++i) {
       std::vector<std::uint8_t> copy = bytes;
       if (DrawUniform() < faults_.corrupt) Corrupt(&copy);
-      const double spread = static_cast<double>(DrawUniform() < faults_.delay ? faults_.max_delay_us : kLatencySpreadUs);
+      const double spread =
+          static_cast<double>(DrawUniform() < faults_.delay ? faults_.max_delay_us : kLatencySpreadUs);
       const std::int64_t at_us = now_us_ + kMinLatencyUs + static_cast<std::int64_t>(spread * DrawUniform());
       Schedule(at_us, [this, to = index, channel, copy] { Deliver(to, channel, copy); });
     }
@@ -70,7 +71,8 @@ void SimulatedNetwork::Corrupt(std::vector<std::uint8_t>* bytes) {
     return;
   }
   const int flips = 1 + static_cast<int>(4 * DrawUniform());
-  for (int i = 0; i < flips; ++i) (*bytes)[draw_index()] ^= static_cast<std::uint8_t>(1 << static_cast<int>(8 * DrawUniform()));
+  for (int i = 0; i < flips; ++i)
+    (*bytes)[draw_index()] ^= static_cast<std::uint8_t>(1 << static_cast<int>(8 * DrawUniform()));
 }
 
 SimulatedTransport::SimulatedTransport(SimulatedNetwork* network, int index, std::set<std::string> channels,

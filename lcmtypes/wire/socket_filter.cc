@@ -19,9 +19,7 @@ constexpr std::uint32_t kShortMessageMagic = 0x4c433032;  // "LC02"
 constexpr std::uint32_t kMagicOffset = 8;
 constexpr std::uint32_t kChannelOffset = 16;
 
-sock_filter MakeStatement(int code, std::uint32_t k) {
-  return {static_cast<std::uint16_t>(code), 0, 0, k};
-}
+sock_filter MakeStatement(int code, std::uint32_t k) { return {static_cast<std::uint16_t>(code), 0, 0, k}; }
 
 // Goes on when the loaded value equals k, else skips `skip` instructions.
 sock_filter MakeMatch(std::uint32_t k, std::size_t skip) {

@@ -53,9 +53,9 @@ class Cluster {
     worker_options.lcm_url = url_;
     worker_options.key_file = directory_ / "key";
     worker_options.log_directory = directory_;
-    workers_ = std::make_unique<LocalWorkers>(worker_options, &clock_, [this](const std::string& name, pid_t pid, DeathCause cause) {
-      dispatcher_->ReportDeath(name, pid, cause);
-    });
+    workers_ = std::make_unique<LocalWorkers>(
+        worker_options, &clock_,
+        [this](const std::string& name, pid_t pid, DeathCause cause) { dispatcher_->ReportDeath(name, pid, cause); });
     dispatcher_->set_on_pump([this] {
       if (on_pump) on_pump();
       workers_->Poll();
@@ -303,7 +303,8 @@ TEST(LocalWorkersTest, MissingProgramIsNamed) {
 
 TEST(LocalWorkersTest, WorkerThatCannotLiveEndsWithItsLastLine) {
   SteadyClock clock;
-  const std::filesystem::path directory = std::filesystem::temp_directory_path() / fmt::format("knap-local-{}", getpid());
+  const std::filesystem::path directory =
+      std::filesystem::temp_directory_path() / fmt::format("knap-local-{}", getpid());
   std::filesystem::create_directories(directory);
   LocalWorkerOptions options;
   options.program = FindWorkerProgram("knap-test-worker");
@@ -324,7 +325,8 @@ TEST(LocalWorkersTest, WorkerThatCannotLiveEndsWithItsLastLine) {
       line = e.what();
     }
   }
-  EXPECT_THAT(line, AllOf(HasSubstr("local-1"), HasSubstr("exit code 2"), HasSubstr("no multicast address"), HasSubstr(".log")));
+  EXPECT_THAT(line, AllOf(HasSubstr("local-1"), HasSubstr("exit code 2"), HasSubstr("no multicast address"),
+                          HasSubstr(".log")));
   EXPECT_EQ(deaths, 5);
   std::filesystem::remove_all(directory);
 }

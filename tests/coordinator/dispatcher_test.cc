@@ -50,6 +50,20 @@ TEST(DispatcherTest, KeepsAllWorkersBusy) {
   EXPECT_EQ(cluster.dispatcher->counters().resent, 0);
 }
 
+TEST(DispatcherTest, IdleWorkerTakesWhatWaitsBehindASlowOne) {
+  for (std::uint64_t seed = 100; seed < 120; ++seed) {  // which of its two requests reaches the slow one first differs
+    SimulatedCluster cluster(seed);
+    cluster.StartWorker("slow", 1'000'000);
+    cluster.StartWorker("fast", 50'000);
+    cluster.dispatcher->Pump(0.1);
+    const double begin_s = cluster.now_s();
+    ExpectRight(&cluster, SimulatedCluster::MakeQueries(4));
+    EXPECT_GE(cluster.dispatcher->counters().moved, 1);
+    EXPECT_EQ(cluster.dispatcher->counters().reissued, 0);
+    EXPECT_LT(cluster.now_s() - begin_s, 1.01) << "seed " << seed;  // instead of two seconds
+  }
+}
+
 TEST(DispatcherTest, FirstAnswerComesSoonAfterTheStart) {
   SimulatedCluster cluster(2, SimulatedCluster::MakeOptions(),
                            {{"scenario.txt", "dimension 4\nsteps 10\n"}, {"mesh.stl", std::string(200'000, 'm')}});
@@ -200,7 +214,7 @@ TEST(DispatcherTest, StuckWorkerLosesItsRequests) {
     ++stuck;
   });
   cluster.StartWorker("stuck", SimulatedExecutor::kForever);  // its heart beats on
-  cluster.StartWorker("sound", 10'000);
+  cluster.network.Schedule(500'000, [&] { cluster.StartWorker("sound", 10'000); });
   ExpectRight(&cluster, SimulatedCluster::MakeQueries(8));
   EXPECT_EQ(stuck, 1);
   EXPECT_EQ(cluster.dispatcher->counters().workers_stalled, 1);
@@ -253,7 +267,8 @@ class WrongEngine : public ClosedFormEngine {
 void RunTwice(SimulatedCluster* cluster, Engine* second_engine) {
   cluster->StartWorker("first", 3'000'000);
   cluster->network.Schedule(1'000'000, [=] {
-    cluster->StartWorker("second", [] { return std::int64_t{3'500'000}; }, second_engine);
+    cluster->StartWorker(
+        "second", [] { return std::int64_t{3'500'000}; }, second_engine);
   });
   cluster->dispatcher->Evaluate(SimulatedCluster::MakeQueries(1));
   cluster->dispatcher->Pump(5.0);
@@ -340,7 +355,8 @@ TEST(DispatcherTest, StrangersAreCountedAndIgnored) {
   options.no_worker_s = 2.0;
   SimulatedCluster cluster(23, options);
   std::array<std::uint8_t, 32> other_key{1, 2, 3};
-  const SimulatedWorker stranger(&cluster.network, &cluster.engine, "stranger", 5, [] { return 1000; }, RunKey(other_key));
+  const SimulatedWorker stranger(
+      &cluster.network, &cluster.engine, "stranger", 5, [] { return 1000; }, RunKey(other_key));
   const auto voice = cluster.network.Connect({}, {});
   Sender sender(9, RunKey(), voice.get(), &cluster.network);
   worker_status_t status{};
@@ -367,7 +383,8 @@ TEST(DispatcherTest, WorkersOfASilentRunServeTheNext) {
   // The first coordinator is gone without a word; a second one comes.
   DispatchOptions options = SimulatedCluster::MakeOptions();
   options.run_id = 78;
-  cluster.dispatcher = std::make_unique<Dispatcher>(options, RunKey(), cluster.scenario, cluster.transport.get(), &cluster.network);
+  cluster.dispatcher =
+      std::make_unique<Dispatcher>(options, RunKey(), cluster.scenario, cluster.transport.get(), &cluster.network);
   ExpectRight(&cluster, SimulatedCluster::MakeQueries(2, 9.0));
   EXPECT_LT(cluster.now_s(), 4.0);
 }
@@ -413,7 +430,8 @@ TEST(DispatcherTest, RunStatusTellsTheRun) {
 TEST(DispatcherTest, OptionsAreChecked) {
   DispatchOptions options = SimulatedCluster::MakeOptions();
   options.credits = 17;
-  EXPECT_THAT(CatchLine([&] { SimulatedCluster cluster(27, options); }), HasSubstr("credits is 17; 1 to 16 is allowed"));
+  EXPECT_THAT(CatchLine([&] { SimulatedCluster cluster(27, options); }),
+              HasSubstr("credits is 17; 1 to 16 is allowed"));
 }
 
 }  // namespace

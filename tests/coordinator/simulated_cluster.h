@@ -35,7 +35,8 @@ class SimulatedCluster {
 
   // A worker whose requests take `duration_us` each. A second one of the same name replaces the first, which crashes.
   SimulatedWorker& StartWorker(const std::string& name, std::int64_t duration_us) {
-    return StartWorker(name, [duration_us] { return duration_us; }, &engine);
+    return StartWorker(
+        name, [duration_us] { return duration_us; }, &engine);
   }
   SimulatedWorker& StartWorker(const std::string& name, std::function<std::int64_t()> duration_us, Engine* its_engine) {
     workers.erase(name);

@@ -166,9 +166,7 @@ TYPED_TEST(CodecTest, HostileNumbersAnywhereAreSurvived) {
 }
 
 TYPED_TEST(CodecTest, RandomBytesAreRefused) {
-  rc::check([](const std::vector<std::uint8_t>& bytes) {
-    RC_ASSERT(FindRefusal<TypeParam>(bytes) != Refusal::kNone);
-  });
+  rc::check([](const std::vector<std::uint8_t>& bytes) { RC_ASSERT(FindRefusal<TypeParam>(bytes) != Refusal::kNone); });
 }
 
 TEST(CodecTest, TypesAreNotTakenForEachOther) {
@@ -212,7 +210,8 @@ TEST(MessageTypesTest, FingerprintsDiffer) {
 
 // lcm-gen takes any unknown word for a message type and includes a header for it, with exit code 0.
 TEST(MessageTypesTest, NoUnknownTypeSlippedIn) {
-  for (const std::string name : {"control_t", "rollout_request_t", "rollout_result_t", "run_status_t", "scenario_t", "worker_status_t"}) {
+  for (const std::string name :
+       {"control_t", "rollout_request_t", "rollout_result_t", "run_status_t", "scenario_t", "worker_status_t"}) {
     std::ifstream file(std::string(KNAP_GENERATED_MESSAGES) + "/knap/" + name + ".hpp");
     ASSERT_TRUE(file) << name;
     std::stringstream text;

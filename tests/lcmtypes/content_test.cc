@@ -27,7 +27,8 @@ TEST(ContentIdTest, RequestIdIsTheDocumentedHash) {
   // Made independently, with Python's struct and hashlib, from the description in docs/protocol.md
   const std::vector<double> theta = {1.0, -2.5};
   const std::vector<double> variation = {0.125};
-  EXPECT_EQ(FormatHex(CalcRequestId({"knap", CalcSha256("abc"), theta, {}, variation, true})), "08edbe99ba6a90378a37b2ff3518c73536de64ef5888d62afbdfcfe95a063889");
+  EXPECT_EQ(FormatHex(CalcRequestId({"knap", CalcSha256("abc"), theta, {}, variation, true})),
+            "08edbe99ba6a90378a37b2ff3518c73536de64ef5888d62afbdfcfe95a063889");
 }
 
 TEST(ContentIdTest, EveryIngredientCounts) {
@@ -37,11 +38,16 @@ TEST(ContentIdTest, EveryIngredientCounts) {
   const std::vector<double> minus_zero = {-0.0, 2.0};
   const ContentId scenario{};
   const std::vector<ContentId> ids = {
-      CalcRequestId({"knap", scenario, a, {}, a, true}),      CalcRequestId({"knaq", scenario, a, {}, a, true}),
-      CalcRequestId({"knap", CalcSha256(""), a, {}, a, true}), CalcRequestId({"knap", scenario, b, {}, a, true}),
-      CalcRequestId({"knap", scenario, a, a, a, true}),       CalcRequestId({"knap", scenario, a, {}, b, true}),
-      CalcRequestId({"knap", scenario, a, {}, a, false}),     CalcRequestId({"knap", scenario, a, a, {}, true}),
-      CalcRequestId({"knap", scenario, zero, {}, a, true}),   CalcRequestId({"knap", scenario, minus_zero, {}, a, true}),
+      CalcRequestId({"knap", scenario, a, {}, a, true}),
+      CalcRequestId({"knaq", scenario, a, {}, a, true}),
+      CalcRequestId({"knap", CalcSha256(""), a, {}, a, true}),
+      CalcRequestId({"knap", scenario, b, {}, a, true}),
+      CalcRequestId({"knap", scenario, a, a, a, true}),
+      CalcRequestId({"knap", scenario, a, {}, b, true}),
+      CalcRequestId({"knap", scenario, a, {}, a, false}),
+      CalcRequestId({"knap", scenario, a, a, {}, true}),
+      CalcRequestId({"knap", scenario, zero, {}, a, true}),
+      CalcRequestId({"knap", scenario, minus_zero, {}, a, true}),
   };
   for (std::size_t i = 0; i < ids.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) EXPECT_NE(ids[i], ids[j]) << i << " " << j;
@@ -49,7 +55,8 @@ TEST(ContentIdTest, EveryIngredientCounts) {
 }
 
 TEST(ScenarioBundleTest, ComesBack) {
-  const std::map<std::string, std::string> files = {{"scenario.yaml", "a: 1\n"}, {"mesh.stl", std::string("\0\1\2", 3)}, {"empty", ""}};
+  const std::map<std::string, std::string> files = {
+      {"scenario.yaml", "a: 1\n"}, {"mesh.stl", std::string("\0\1\2", 3)}, {"empty", ""}};
   EXPECT_EQ(DecodeBundle(EncodeBundle(files)), files);
 }
 
@@ -69,7 +76,8 @@ TEST(ScenarioBundleTest, DamageIsRefused) {
 }
 
 TEST(ScenarioBundleTest, TooLargeIsRefused) {
-  EXPECT_THROW(EncodeBundle({{"mesh", std::string(static_cast<std::size_t>(kMaxBundleSize), 'x')}}), std::runtime_error);
+  EXPECT_THROW(EncodeBundle({{"mesh", std::string(static_cast<std::size_t>(kMaxBundleSize), 'x')}}),
+               std::runtime_error);
 }
 
 class RunKeyFileTest : public ::testing::Test {
@@ -109,7 +117,8 @@ TEST(RunKeyTest, DigestIsTruncatedHmacSha256) {
   std::array<std::uint8_t, 32> bytes{};
   for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i);
   const std::string message = std::string("knap") + std::string(16, '\xff');  // the digest's own bytes count as zeros
-  const RunKey::Digest digest = RunKey(bytes).CalcDigest(reinterpret_cast<const std::uint8_t*>(message.data()), message.size());
+  const RunKey::Digest digest =
+      RunKey(bytes).CalcDigest(reinterpret_cast<const std::uint8_t*>(message.data()), message.size());
   std::string hex;
   for (const std::uint8_t byte : digest) {
     hex.push_back("0123456789abcdef"[byte >> 4]);

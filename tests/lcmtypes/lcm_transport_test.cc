@@ -79,7 +79,8 @@ TEST_F(LcmTransportTest, CarriesMessagesOfItsOwnChannelsAlone) {
   LcmTransport receiver(url_, {"KNAP_A", "KNAP_AB"}, &clock_);
   LcmTransport sender(url_, {}, &clock_);
   const std::int64_t before_us = clock_.now_us();
-  for (const char* channel : {"KNAP_A", "KNAP_ABC", "KNAP_", "KNAP_AB", "OTHER"}) sender.Publish(channel, MakeBytes(channel));
+  for (const char* channel : {"KNAP_A", "KNAP_ABC", "KNAP_", "KNAP_AB", "OTHER"})
+    sender.Publish(channel, MakeBytes(channel));
   for (const char* channel : {"KNAP_A", "KNAP_AB"}) {
     const auto message = receiver.Receive(kSecond);
     ASSERT_TRUE(message.has_value());

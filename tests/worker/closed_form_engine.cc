@@ -69,8 +69,8 @@ class ClosedFormScenario : public EngineScenario {
     for (std::size_t i = 0; i < request.theta.size(); ++i) {
       const bool task = request.theta_reference.empty();
       const double weight = task ? 1.0 + 0.5 * static_cast<double>(i) : 1.0;
-      const double target = task ? 0.1 * static_cast<double>(i) + (v.empty() ? 0.0 : v[i % v.size()])
-                                 : request.theta_reference.at(i);
+      const double target =
+          task ? 0.1 * static_cast<double>(i) + (v.empty() ? 0.0 : v[i % v.size()]) : request.theta_reference.at(i);
       const double error = request.theta[i] - target;
       answer.loss += 0.5 * weight * error * error;
       if (request.gradient) answer.gradient.push_back(weight * error);
