@@ -31,7 +31,8 @@ class ByteReader {
   std::uint64_t TakeInteger(int bytes) {
     const std::string_view taken = Take(static_cast<std::size_t>(bytes));
     std::uint64_t value = 0;
-    for (int i = bytes - 1; i >= 0; --i) value = (value << 8) | static_cast<unsigned char>(taken[static_cast<std::size_t>(i)]);
+    for (int i = bytes - 1; i >= 0; --i)
+      value = (value << 8) | static_cast<unsigned char>(taken[static_cast<std::size_t>(i)]);
     return value;
   }
 

@@ -103,9 +103,9 @@ void ClusterSession::StartWorkers() {
   options.lcm_url = lcm_url_;
   options.key_file = key_file_;
   options.log_directory = logs.string();
-  workers_ = std::make_unique<LocalWorkers>(options, &clock_, [this](const std::string& name, pid_t pid, DeathCause cause) {
-    dispatcher_->ReportDeath(name, pid, cause);
-  });
+  workers_ = std::make_unique<LocalWorkers>(
+      options, &clock_,
+      [this](const std::string& name, pid_t pid, DeathCause cause) { dispatcher_->ReportDeath(name, pid, cause); });
   dispatcher_->set_on_stalled([this](const KnownWorker& worker) { workers_->Kill(worker.name, worker.pid); });
 }
 

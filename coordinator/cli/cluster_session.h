@@ -1,8 +1,8 @@
 // The cluster of one command: a transport, a dispatcher and the workers this program starts itself.
 //
-// Own workers share a random run key in a file that only this user can read, and a bus of their own: a free port, unless
-// a URL is given by flag or LCM_DEFAULT_URL. External workers are started by hand or by a batch system; then nothing is
-// started here, and they are left alive at the end, free for the next run.
+// Own workers share a random run key in a file that only this user can read, and a bus of their own: a free port,
+// unless a URL is given by flag or LCM_DEFAULT_URL. External workers are started by hand or by a batch system; then
+// nothing is started here, and they are left alive at the end, free for the next run.
 #pragma once
 
 #include <cstdint>
@@ -21,10 +21,10 @@ namespace knap {
 
 struct ClusterOptions {
   bool external = false;
-  int workers = 0;                 // to start; 0: one a core. Without meaning when external.
-  std::string lcm_url;             // empty: LCM_DEFAULT_URL, else a free port (external: the default address)
-  std::string key_file;            // empty: a random key of this run's (external: the public key)
-  double no_worker_s = 30.0;       // so long without any worker: NoWorkers
+  int workers = 0;                  // to start; 0: one a core. Without meaning when external.
+  std::string lcm_url;              // empty: LCM_DEFAULT_URL, else a free port (external: the default address)
+  std::string key_file;             // empty: a random key of this run's (external: the public key)
+  double no_worker_s = 30.0;        // so long without any worker: NoWorkers
   std::filesystem::path directory;  // for the key and the workers' logs; empty: a temporary one, removed at the end
 };
 

@@ -8,8 +8,8 @@ namespace knap {
 
 enum ExitCode : int {
   kExitDone = 0,
-  kExitFailed = 1,        // while running
-  kExitUsage = 2,         // bad usage or config
+  kExitFailed = 1,  // while running
+  kExitUsage = 2,   // bad usage or config
   kExitNoWorkers = 4,
   kExitInterrupted = 130,  // after saving
 };

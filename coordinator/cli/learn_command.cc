@@ -49,8 +49,8 @@ Prepared Prepare(const LearnArguments& arguments) {
   if (!arguments.method.empty()) overrides.push_back("learning.method=" + arguments.method);
   if (arguments.seed) overrides.push_back(fmt::format("learning.seed={}", *arguments.seed));
   Prepared prepared;
-  const fs::path config = arguments.resume.empty() ? fs::path(arguments.config)
-                                                   : RunDirectory::Open(arguments.resume).config_path();
+  const fs::path config =
+      arguments.resume.empty() ? fs::path(arguments.config) : RunDirectory::Open(arguments.resume).config_path();
   prepared.scenario = LoadValidScenario(config, overrides);
   try {
     prepared.problem = MakeProblem(prepared.scenario.parsed.scene);
@@ -63,7 +63,9 @@ Prepared Prepare(const LearnArguments& arguments) {
   return prepared;
 }
 
-int CountTests(const Prepared& prepared) { return static_cast<int>(prepared.scenario.parsed.scene.evaluation.variations); }
+int CountTests(const Prepared& prepared) {
+  return static_cast<int>(prepared.scenario.parsed.scene.evaluation.variations);
+}
 
 void PrintPlan(const Prepared& prepared, const ClusterOptions& cluster) {
   const LearningOptions& options = prepared.options;
@@ -76,7 +78,8 @@ void PrintPlan(const Prepared& prepared, const ClusterOptions& cluster) {
                parameters.upper[i]);
   }
   fmt::print("variations  {} in {} batches of {}\n", options.variations, CalcBatchCount(options), options.batch);
-  fmt::print("rollouts    at most {} for learning, {} for the test\n", CalcMostRollouts(options), 2 * CountTests(prepared));
+  fmt::print("rollouts    at most {} for learning, {} for the test\n", CalcMostRollouts(options),
+             2 * CountTests(prepared));
   fmt::print("workers     {}\n", cluster.external ? "external" : std::to_string(CalcWorkerCount(cluster)));
 }
 
@@ -114,7 +117,8 @@ void PrintSummary(const ResultDocument& document, const RunDirectory& run, bool 
              document.rollouts_total, FormatDuration(document.wall_s));
   fmt::print(stderr, "  success   {} -> {} of {} unseen variations (95% interval)\n", FormatRate(document.test_initial),
              FormatRate(document.test_learned), document.test_learned.variations);
-  fmt::print(stderr, "  mean loss {:.4g} -> {:.4g}\n", document.test_initial.loss_mean, document.test_learned.loss_mean);
+  fmt::print(stderr, "  mean loss {:.4g} -> {:.4g}\n", document.test_initial.loss_mean,
+             document.test_learned.loss_mean);
   fmt::print(stderr, "  tool      {} (millimetres, ready to print)\n", (run.tool_path() / "learned.stl").string());
   if (has_picture) fmt::print(stderr, "  picture   {} (open it in a browser)\n", (run.path() / "picture.svg").string());
   fmt::print(stderr, "  figures   {}, metrics.csv and more beside it\n", run.result_path().string());

@@ -36,9 +36,9 @@ LoadedScenario LoadValidScenario(const fs::path& config, std::span<const std::st
 }
 
 void WriteScenario(const LoadedScenario& scenario, const RunDirectory& run) {
-  const std::set<std::string> own = {"config.yaml",  "run.json",        "journal",     "metrics.csv",  "rollouts.csv",
-                                     "events.jsonl", "evaluation.json", "result.json", "picture.svg", "tool",
-                                     "workers",      "key"};
+  const std::set<std::string> own = {"config.yaml",  "run.json",     "journal",         "metrics.csv",
+                                     "rollouts.csv", "events.jsonl", "evaluation.json", "result.json",
+                                     "picture.svg",  "tool",         "workers",         "key"};
   for (const auto& [name, bytes] : scenario.files) {
     if (name == kScenarioFileName) continue;
     const std::string first = *fs::path(name).begin();
@@ -54,8 +54,9 @@ void WriteScenario(const LoadedScenario& scenario, const RunDirectory& run) {
 
 std::vector<double> ReadLearnedTheta(const RunDirectory& run, std::size_t size) {
   if (!fs::exists(run.result_path())) {
-    throw UsageError(fmt::format("{}: the run has no result.json: it did not finish; continue it with knap learn --resume {}",
-                                 run.path().string(), run.path().string()));
+    throw UsageError(
+        fmt::format("{}: the run has no result.json: it did not finish; continue it with knap learn --resume {}",
+                    run.path().string(), run.path().string()));
   }
   try {
     const nlohmann::json result = nlohmann::json::parse(ReadFile(run.result_path()));

@@ -136,7 +136,7 @@ void RunRecorder::RecordAnswer(const RolloutReport& report) {
   RolloutRow row;
   row.time_s = elapsed_s();
   row.id = FormatHex(report.id);
-  row.kind = state_.phase == ProgressPhase::kTesting     ? "test"
+  row.kind = state_.phase == ProgressPhase::kTesting ? "test"
              : report.query->theta_reference.empty() ? "task"
                                                      : "distillation";
   row.variation = report.query->variation;

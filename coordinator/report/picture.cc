@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint64_t kShownVariations = 12;
 constexpr double kPanelWidth = 460.0, kGap = 40.0, kMargin = 30.0, kTitleHeight = 76.0, kLegendHeight = 64.0;  // [px]
-constexpr double kBorder = 0.015;   // around what is shown [m]
+constexpr double kBorder = 0.015;  // around what is shown [m]
 constexpr const char* kSuccess = "#1a7f37";
 constexpr const char* kFailure = "#cf222e";
 constexpr const char* kInk = "#24292f";
@@ -58,21 +58,23 @@ std::string DrawOutline(const Outline& outline, const PanelMap& map, const Colou
 }
 
 std::string DrawLine(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const char* colour, double width) {
-  return fmt::format("<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\" stroke-width=\"{}\"/>\n",
-                     from.x(), from.y(), to.x(), to.y(), colour, width);
+  return fmt::format(
+      "<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\" stroke-width=\"{}\"/>\n", from.x(),
+      from.y(), to.x(), to.y(), colour, width);
 }
 
-std::string DrawText(const Eigen::Vector2d& at, int size, const char* anchor, const char* colour, const std::string& text,
-                     const char* weight = "normal") {
+std::string DrawText(const Eigen::Vector2d& at, int size, const char* anchor, const char* colour,
+                     const std::string& text, const char* weight = "normal") {
   return fmt::format(
-      "<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{}\" text-anchor=\"{}\" fill=\"{}\" font-weight=\"{}\">{}</text>\n", at.x(),
-      at.y(), size, anchor, colour, weight, text);
+      "<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{}\" text-anchor=\"{}\" fill=\"{}\" font-weight=\"{}\">{}</text>\n",
+      at.x(), at.y(), size, anchor, colour, weight, text);
 }
 
 std::string DrawPath(const TracedPath& path, const PanelMap& map, double radius) {
   const char* colour = path.success ? kSuccess : kFailure;
   std::string ink = fmt::format(
-      "<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.8\" stroke-opacity=\"0.8\" stroke-linejoin=\"round\"{}/>\n",
+      "<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.8\" stroke-opacity=\"0.8\" "
+      "stroke-linejoin=\"round\"{}/>\n",
       DrawPoints(path.points, map), colour, path.success ? "" : " stroke-dasharray=\"6 3\"");
   const Eigen::Vector2d start = map(path.points.front()), end = map(path.points.back());
   ink += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.6\" fill=\"{}\"/>\n", start.x(), start.y(), colour);
@@ -139,17 +141,16 @@ std::string DrawLegend(const PanelMap& map, double y, double width) {
   std::string ink;
   const auto sample = [&](const char* colour, const char* dash, const char* text, double advance) {
     ink += fmt::format(
-        "<line x1=\"{0:.1f}\" y1=\"{2:.1f}\" x2=\"{1:.1f}\" y2=\"{2:.1f}\" stroke=\"{3}\" stroke-width=\"2.5\"{4}/>\n", x,
-        x + 34.0, y - 5.0, colour, dash);
+        "<line x1=\"{0:.1f}\" y1=\"{2:.1f}\" x2=\"{1:.1f}\" y2=\"{2:.1f}\" stroke=\"{3}\" stroke-width=\"2.5\"{4}/>\n",
+        x, x + 34.0, y - 5.0, colour, dash);
     ink += DrawText({x + 42.0, y}, 16, "start", kInk, text);
     x += advance;
   };
   sample(kSuccess, "", "passes the opening", 216.0);
   sample(kFailure, " stroke-dasharray=\"6 3\"", "misses it", 150.0);
   const auto box = [&](const char* fill, const char* line, const char* dash, const char* text, double advance) {
-    ink += fmt::format(
-        "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"22\" height=\"14\" fill=\"{}\" stroke=\"{}\"{}/>\n", x, y - 13.0, fill, line,
-        dash);
+    ink += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"22\" height=\"14\" fill=\"{}\" stroke=\"{}\"{}/>\n", x,
+                       y - 13.0, fill, line, dash);
     ink += DrawText({x + 30.0, y}, 16, "start", kInk, text);
     x += advance;
   };
@@ -187,15 +188,18 @@ std::optional<std::string> DrawTopView(RolloutModel& model, const VariationSpec&
 
   std::string svg = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.0f} {1:.0f}\" width=\"{0:.0f}\" height=\"{1:.0f}\" "
-      "font-family=\"Helvetica, Arial, 'DejaVu Sans', sans-serif\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
+      "font-family=\"Helvetica, Arial, 'DejaVu Sans', sans-serif\">\n<rect width=\"100%\" height=\"100%\" "
+      "fill=\"white\"/>\n",
       width, height);
-  const auto panel = [&](int index, const TopView& view, const Colours& colours, const char* name, const TestSummary& test) {
+  const auto panel = [&](int index, const TopView& view, const Colours& colours, const char* name,
+                         const TestSummary& test) {
     map.corner = {kMargin + index * (kPanelWidth + kGap), kTitleHeight};
     const double x = map.corner.x(), y = map.corner.y();
     svg += DrawText({x + 0.5 * kPanelWidth, 36.0}, 24, "middle", kInk, FormatTitle(name, test), "bold");
     svg += DrawText({x + 0.5 * kPanelWidth, 62.0}, 16, "middle", kFaint, FormatInterval(test));
     svg += fmt::format(
-        "<clipPath id=\"panel{0}\"><rect x=\"{1:.1f}\" y=\"{2:.1f}\" width=\"{3:.1f}\" height=\"{4:.1f}\"/></clipPath>\n"
+        "<clipPath id=\"panel{0}\"><rect x=\"{1:.1f}\" y=\"{2:.1f}\" width=\"{3:.1f}\" "
+        "height=\"{4:.1f}\"/></clipPath>\n"
         "<rect x=\"{1:.1f}\" y=\"{2:.1f}\" width=\"{3:.1f}\" height=\"{4:.1f}\" fill=\"#f6f8fa\" stroke=\"#d0d7de\"/>\n"
         "<g clip-path=\"url(#panel{0})\">\n",
         index, x, y, kPanelWidth, panel_height);

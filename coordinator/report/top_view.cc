@@ -10,11 +10,12 @@
 namespace knap {
 namespace {
 
-constexpr double kMoved = 0.5e-3;    // a body farther than this from its start has been touched [m]
-constexpr double kPathStep = 1e-3;   // least distance of drawn points [m]
+constexpr double kMoved = 0.5e-3;   // a body farther than this from its start has been touched [m]
+constexpr double kPathStep = 1e-3;  // least distance of drawn points [m]
 
 const Body* FindBody(const Scene& scene, const std::string& name) {
-  const auto found = std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const Body& b) { return b.name == name; });
+  const auto found =
+      std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const Body& b) { return b.name == name; });
   return found == scene.bodies.end() ? nullptr : &*found;
 }
 
@@ -65,7 +66,8 @@ std::optional<Opening> FindShownOpening(const Scene& scene) {
 
 TopView TraceTopView(RolloutModel& model, const std::vector<double>& theta,
                      const std::vector<std::vector<double>>& variations, const Opening& opening) {
-  const Eigen::VectorXd design = Eigen::Map<const Eigen::VectorXd>(theta.data(), static_cast<Eigen::Index>(theta.size()));
+  const Eigen::VectorXd design =
+      Eigen::Map<const Eigen::VectorXd>(theta.data(), static_cast<Eigen::Index>(theta.size()));
   TopView view;
   std::vector<double> touch_times;
   for (const std::vector<double>& variation : variations) {

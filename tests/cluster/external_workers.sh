@@ -45,7 +45,7 @@ if [[ "$(read_theta reference)" != "$(read_theta external)" ]]; then
   read_theta external
   exit 1
 fi
-cut -d, -f5 external/rollouts.csv | sort | uniq -c
+cut -d, -f4 external/rollouts.csv | sort | uniq -c
 grep -q '"event":"workers_lost"' external/events.jsonl
 # The others are free for the next run.
 "$knap" evaluate external --external --lcm-url "$url" --key key --quiet
