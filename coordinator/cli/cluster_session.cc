@@ -20,6 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kStopGrace_s = 1.0;
+constexpr double kLastStatus_s = 0.5;  // a status is due within this time
 
 std::int64_t MakeRunId() {
   if (sodium_init() < 0) throw std::runtime_error("libsodium cannot start");
@@ -77,6 +78,15 @@ ClusterSession::ClusterSession(const ClusterOptions& options, const std::map<std
     if (on_pump_) on_pump_();
   });
   if (!options.external) StartWorkers();
+}
+
+void ClusterSession::Finish() {
+  if (workers_) {
+    dispatcher_->StopWorkers(kStopGrace_s);
+    workers_.reset();
+  } else {
+    dispatcher_->Pump(kLastStatus_s);
+  }
 }
 
 ClusterSession::~ClusterSession() {

@@ -46,6 +46,10 @@ class ClusterSession {
   // Called about 20 times a second while the service works.
   void set_on_pump(std::function<void()> hook) { on_pump_ = std::move(hook); }
 
+  // The run is over: sends its last status (see Dispatcher::SetProgress) and ends own workers. Nothing may be evaluated
+  // afterwards.
+  void Finish();
+
   const std::string& lcm_url() const { return lcm_url_; }
   const std::string& key_file() const { return key_file_; }  // empty: the public key
   int workers_wanted() const { return workers_wanted_; }     // 0: whoever comes

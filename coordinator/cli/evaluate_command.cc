@@ -158,7 +158,7 @@ class TestProgress {
 
 int RunEvaluate(const EvaluateArguments& arguments) {
   const bool is_run = fs::is_directory(arguments.path);
-  const fs::path config = is_run ? RunDirectory::Open(arguments.path).config_path() : fs::path(arguments.path);
+  const fs::path config = is_run ? OpenRun(arguments.path).config_path() : fs::path(arguments.path);
   const LoadedScenario scenario = LoadValidScenario(config, arguments.overrides);
   const Scene& scene = scenario.parsed.scene;
   const Problem problem = MakeProblem(scene);
@@ -166,7 +166,7 @@ int RunEvaluate(const EvaluateArguments& arguments) {
   const std::string choice = !arguments.theta.empty() ? arguments.theta : is_run ? "learned" : "initial";
   const std::vector<std::vector<double>> thetas = ChooseThetas(choice, parameters, kRandomThetaSeed, [&] {
     if (!is_run) throw UsageError(fmt::format("--theta learned: {} is a scenario, not a run", arguments.path));
-    return ReadLearnedTheta(RunDirectory::Open(arguments.path), parameters.names.size());
+    return ReadLearnedTheta(OpenRun(arguments.path), parameters.names.size());
   });
   const int n = arguments.variations.value_or(static_cast<int>(scene.evaluation.variations));
   const std::uint64_t seed = arguments.seed.value_or(static_cast<std::uint64_t>(scene.evaluation.seed));

@@ -50,7 +50,7 @@ Prepared Prepare(const LearnArguments& arguments) {
   if (arguments.seed) overrides.push_back(fmt::format("learning.seed={}", *arguments.seed));
   Prepared prepared;
   const fs::path config =
-      arguments.resume.empty() ? fs::path(arguments.config) : RunDirectory::Open(arguments.resume).config_path();
+      arguments.resume.empty() ? fs::path(arguments.config) : OpenRun(arguments.resume).config_path();
   prepared.scenario = LoadValidScenario(config, overrides);
   try {
     prepared.problem = MakeProblem(prepared.scenario.parsed.scene);
@@ -86,9 +86,9 @@ void PrintPlan(const Prepared& prepared, const ClusterOptions& cluster) {
 // The run's folder with everything that does not depend on the answers.
 RunDirectory MakeRun(const LearnArguments& arguments, const Prepared& prepared) {
   const RunInfo info = MakeRunInfo(prepared.scenario, prepared.config_hash);
-  if (!arguments.resume.empty()) return RunDirectory::Open(arguments.resume);
-  RunDirectory run = arguments.out.empty() ? RunDirectory::CreateNamed("runs", info.scenario, info.started)
-                                           : RunDirectory::Create(arguments.out);
+  if (!arguments.resume.empty()) return OpenRun(arguments.resume);
+  RunDirectory run =
+      arguments.out.empty() ? RunDirectory::CreateNamed("runs", info.scenario, info.started) : CreateRun(arguments.out);
   run.WriteRunInfo(info);
   fs::create_directories(run.tool_path());
   const CageDesign& design = *prepared.model->design();
@@ -149,12 +149,17 @@ ResultDocument LearnAndTest(const Prepared& prepared, JournaledService& service,
   return document;
 }
 
-bool WritePicture(const Prepared& prepared, const ResultDocument& document, const RunDirectory& run) {
+// Without a picture the run is still whole, so what keeps it from being drawn is an event.
+bool WritePicture(const Prepared& prepared, const ResultDocument& document, const RunDirectory& run,
+                  RunRecorder* recorder) try {
   const std::optional<std::string> svg = DrawTopView(*prepared.model, prepared.problem.variations,
                                                      {document.test_initial, document.learned, document.test_learned});
   if (!svg) return false;
   WriteFileAtomically(run.path() / "picture.svg", *svg);
   return true;
+} catch (const std::exception& e) {
+  recorder->RecordEvent("no_picture", {{"error", e.what()}});
+  return false;
 }
 
 int RunLearn(const LearnArguments& arguments) {
@@ -192,7 +197,7 @@ int RunLearn(const LearnArguments& arguments) {
   }
   const CageDesign& design = *prepared.model->design();
   WriteFileAtomically(run.tool_path() / "learned.stl", WriteStl(design.CalcMesh(MakeVector(document.learned))));
-  const bool has_picture = WritePicture(prepared, document, run);
+  const bool has_picture = WritePicture(prepared, document, run, &recorder);
   run.WriteResult(document);
   recorder.RecordEvent("done", {{"wall_s", document.wall_s}});
   if (!arguments.quiet) PrintSummary(document, run, has_picture);

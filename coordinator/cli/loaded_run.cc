@@ -6,6 +6,8 @@
 #include <array>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <stdexcept>
+#include <system_error>
 
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/problem_from_scene.h"
@@ -23,7 +25,27 @@ std::string FindHostName() {
   return name.data();
 }
 
+// A folder that is not what the command line says is bad usage; a disk that refuses is not.
+template <typename Action>
+RunDirectory AsUsage(const Action& action) {
+  try {
+    return action();
+  } catch (const std::system_error&) {
+    throw;
+  } catch (const std::runtime_error& e) {
+    throw UsageError(e.what());
+  }
+}
+
 }  // namespace
+
+RunDirectory OpenRun(const fs::path& path) {
+  return AsUsage([&] { return RunDirectory::Open(path); });
+}
+
+RunDirectory CreateRun(const fs::path& path) {
+  return AsUsage([&] { return RunDirectory::Create(path); });
+}
 
 LoadedScenario LoadValidScenario(const fs::path& config, std::span<const std::string> overrides) {
   LoadedScenario scenario = LoadScenario(config, overrides);

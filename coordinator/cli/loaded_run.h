@@ -14,6 +14,10 @@ namespace knap {
 // Throws UsageError with all that is wrong, one line each, unless the scenario is valid.
 LoadedScenario LoadValidScenario(const std::filesystem::path& config, std::span<const std::string> overrides);
 
+// RunDirectory's Open and Create, with UsageError when the folder is not what they need.
+RunDirectory OpenRun(const std::filesystem::path& path);
+RunDirectory CreateRun(const std::filesystem::path& path);
+
 // Writes config.yaml, resolved, and the files it names beside it under the same relative paths, so that the run's
 // config.yaml runs on its own; throws UsageError when such a file would overwrite one of the run's own.
 void WriteScenario(const LoadedScenario& scenario, const RunDirectory& run);

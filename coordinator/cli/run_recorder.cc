@@ -124,7 +124,8 @@ void RunRecorder::FinishTest() {
   progress_.state = run_status_t::kDone;
   PublishProgress();
   if (reporter_) reporter_->Finish(state_);
-  session_->dispatcher().Pump(0.0);
+  session_->set_on_pump({});
+  session_->Finish();
 }
 
 void RunRecorder::Pump() {

@@ -38,7 +38,7 @@ class RunRecorder : public LearningObserver {
   void OnBatchEnd(const BatchEnd& end) override;
 
   void BeginTest();
-  // Shows the end of the test and tells the workers' world that the run is done.
+  // Shows the end of the test, and finishes the session.
   void FinishTest();
 
   // A line of events.jsonl.

@@ -14,6 +14,11 @@
 #include <string>
 #include <vector>
 
+#include "knap/run_status_t.hpp"
+#include "lcmtypes/wire/channels.h"
+#include "lcmtypes/wire/codec.h"
+#include "lcmtypes/wire/lcm_transport.h"
+#include "lcmtypes/wire/multicast.h"
 #include "sim/geometry/mesh_io.h"
 #include "tests/cluster/child_process.h"
 #include "tests/coordinator/temporary_folder.h"
@@ -137,12 +142,16 @@ TEST_F(LearnTest, KilledWorkersChangeNothing) {
   RunWell(MakeSlowArguments("calm", {"--workers", "2"}));
   ChildProcess knap(KNAP_PROGRAM, MakeSlowArguments("stormy", {"--workers", "2"}), folder_ / "", "stormy_log");
   int kills = 0;
+  std::size_t answers = 0;
   for (double next = ReadClock() + 0.5; !knap.HasEnded(); usleep(5'000)) {
-    if (ReadClock() < next) continue;
-    next += 0.3;
+    // One answer between two kills lets the run get on however slow this build computes.
+    const std::size_t now = ReadCsv(folder_ / "stormy/rollouts.csv")["id"].size();
+    if (ReadClock() < next || now == answers) continue;
+    next = ReadClock() + 0.3;
+    answers = now;
     const std::vector<pid_t> workers = knap.ListChildren();
-    if (!workers.empty())
-      kills += kill(workers[static_cast<std::size_t>(kills) % workers.size()], SIGKILL) == 0 ? 1 : 0;
+    if (workers.empty()) continue;
+    kills += kill(workers[static_cast<std::size_t>(kills) % workers.size()], SIGKILL) == 0 ? 1 : 0;
   }
   ASSERT_EQ(knap.Wait(), 0) << knap.ReadErr();
   EXPECT_GE(kills, 3);
@@ -239,6 +248,41 @@ TEST_F(LearnTest, WritesTheWholeRunDirectory) {
   EXPECT_EQ(test["loss_mean"], result["test"]["learned"]["loss_mean"]);
 }
 
+// What lcm-spy shows: at least one status a second, from the first to the last state.
+TEST_F(LearnTest, PublishesItsProgressOnLcm) {
+  const RunKey key = RunKey::MakeRandom();
+  key.WriteFile(folder_ / "key");
+  const std::string url = MakeFreeLcmUrl();
+  const SteadyClock clock;
+  LcmTransport transport(url, {std::string(kRunStatusChannel)}, &clock);
+  ChildProcess knap(KNAP_PROGRAM, MakeSlowArguments("run", {"--lcm-url", url, "--key", "key"}), folder_ / "", "log");
+  std::vector<run_status_t> heard;
+  std::vector<std::int64_t> arrivals_us;
+  bool ended = false;
+  while (!ended) {
+    ended = knap.HasEnded();  // before the last look
+    while (const auto message = transport.Receive(50'000)) {
+      RefusalCounters refused;
+      const auto status = Open<run_status_t>(message->bytes, key, &refused);
+      ASSERT_TRUE(status.has_value());
+      heard.push_back(*status);
+      arrivals_us.push_back(message->arrival_us);
+    }
+  }
+  ASSERT_EQ(knap.Wait(), 0) << knap.ReadErr();
+  ASSERT_GE(heard.size(), 3u);
+  for (std::size_t i = 1; i < heard.size(); ++i) {
+    EXPECT_LT(arrivals_us[i] - arrivals_us[i - 1], 1'000'000);
+    EXPECT_GE(heard[i].progress, heard[i - 1].progress);
+    EXPECT_GE(heard[i].state, heard[i - 1].state);
+  }
+  EXPECT_EQ(heard.back().state, run_status_t::kDone);
+  EXPECT_EQ(heard.back().progress, 1.0);
+  EXPECT_EQ(heard.back().theta.size(), 7u);
+  EXPECT_EQ(heard.back().scenario, "pushing");
+  EXPECT_EQ(static_cast<std::size_t>(heard.back().iteration), ReadCsv(folder_ / "run/metrics.csv")["loss"].size());
+}
+
 TEST_F(LearnTest, MethodAndSeedReachTheRun) {
   RunWell(MakeArguments("other", {"--method", "simple_continual", "--seed", "7"}));
   const Json result = ReadResult("other");
@@ -281,11 +325,14 @@ TEST_F(LearnTest, BadUsageExitsWithTwo) {
       {"learn", kConfig, "--workers", "2", "--external"},
       {"learn", kConfig, "--resume", "run"},
       {"learn", "--resume", "nowhere", "--seed", "1"},
+      {"learn", "--resume", "nowhere"},
+      {"learn", kConfig, "--out", "/proc/self"},
       {"learn", "nowhere.yaml"},
       {"learn", kConfig, "--method", "best"},
       {"learn", kConfig, "learning.optimizer=LD_MAGIC"},
       {"learn", kConfig, "--lcm-url", "udpm://1.2.3.4:5"},
       {"evaluate"},
+      {"evaluate", "."},
       {"evaluate", kConfig, "--theta", "learned"},
       {"evaluate", kConfig, "--theta", "width=1 mm"},
       {"evaluate", kConfig, "--theta", "middle_width=44"},
