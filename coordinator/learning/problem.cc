@@ -57,6 +57,9 @@ void CheckDistribution(const std::string& name, const NormalDraw& normal) {
     Refuse("variation ", name, ": normal with mean ", normal.mean, " and standard deviation ",
            normal.standard_deviation, "; expected finite values and a standard deviation >= 0");
   }
+  if (!(normal.truncate_at > 0.0)) {
+    Refuse("variation ", name, ": normal truncated at ", normal.truncate_at, " standard deviations; expected > 0");
+  }
 }
 
 double Draw(const UniformDraw& uniform, CounterRandom& random) {
@@ -64,7 +67,7 @@ double Draw(const UniformDraw& uniform, CounterRandom& random) {
 }
 
 double Draw(const NormalDraw& normal, CounterRandom& random) {
-  return normal.mean + normal.standard_deviation * random.DrawNormal();
+  return normal.mean + normal.standard_deviation * random.DrawTruncatedNormal(normal.truncate_at);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <variant>
 #include <vector>
@@ -22,8 +23,10 @@ struct UniformDraw {
   double lower = 0.0, upper = 0.0;  // lower <= upper; equal bounds give that value always
 };
 
+// Conditioned on |x - mean| <= truncate_at · standard_deviation; infinity: not truncated.
 struct NormalDraw {
   double mean = 0.0, standard_deviation = 1.0;  // standard_deviation >= 0
+  double truncate_at = std::numeric_limits<double>::infinity();  // > 0 [-]
 };
 
 // One varied number of the scenario: a start coordinate, a physical parameter, a goal. In the key's own SI unit.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <numeric>
 #include <stdexcept>
 #include <string>
@@ -116,6 +117,16 @@ double CalcNormalQuantile(double p) {
   return q < 0.0 ? -z : z;
 }
 
+double CalcNormalLowerTail(double z) {
+  if (std::isinf(z)) return 0.0;
+  double below = 0.0, above = 0.5;  // quantile(below) < z <= quantile(above)
+  for (int i = 0; i < 61; ++i) {
+    const double middle = 0.5 * (below + above);
+    (CalcNormalQuantile(middle) < z ? below : above) = middle;
+  }
+  return below;
+}
+
 CounterRandom::CounterRandom(std::uint64_t seed, RandomStream stream, std::uint64_t index)
     : key_{GetLow(seed), GetHigh(seed)},
       counter_{0, GetLow(index), GetHigh(index), static_cast<std::uint32_t>(stream)} {}
@@ -138,9 +149,17 @@ double CounterRandom::DrawUniform(double lower, double upper) {
   return std::min(upper, lower + DrawUniform() * (upper - lower));
 }
 
-double CounterRandom::DrawNormal() {
+double CounterRandom::DrawNormal() { return DrawTruncatedNormal(std::numeric_limits<double>::infinity()); }
+
+double CounterRandom::DrawTruncatedNormal(double limit) {
+  if (!(limit > 0.0)) {
+    throw std::invalid_argument("CounterRandom::DrawTruncatedNormal: limit " + std::to_string(limit) + ", allowed is > 0");
+  }
   // The midpoints of 2^52 equal cells of (0, 1) are exact in double and never 0 or 1.
-  return CalcNormalQuantile((static_cast<double>(DrawBits() >> 12) + 0.5) * 0x1p-52);
+  const double u = (static_cast<double>(DrawBits() >> 12) + 0.5) * 0x1p-52;
+  const double tail = CalcNormalLowerTail(-limit);
+  // Rounding must not carry a draw beyond the limit.
+  return std::clamp(CalcNormalQuantile(tail + u * (1.0 - 2.0 * tail)), -limit, limit);
 }
 
 std::uint64_t CounterRandom::DrawBelow(std::uint64_t bound) {

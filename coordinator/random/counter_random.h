@@ -33,6 +33,9 @@ std::array<std::uint32_t, 4> CalcPhilox4x32(const std::array<std::uint32_t, 4>& 
 // rounds exactly, and a logarithm built from them: no libm variant of the processor can change a bit.
 double CalcNormalQuantile(double p);
 
+// Phi(z) for z <= 0, within 2^-62: the inverse of CalcNormalQuantile by bisection, for the same reason.
+double CalcNormalLowerTail(double z);
+
 // The sequence of numbers at one (seed, stream, index). Copy it to repeat it. Not shared between threads.
 class CounterRandom {
  public:
@@ -42,6 +45,9 @@ class CounterRandom {
   double DrawUniform();                            // a multiple of 2^-53 in [0, 1)
   double DrawUniform(double lower, double upper);  // in [lower, upper]; lower <= upper, both finite
   double DrawNormal();                             // mean 0, standard deviation 1; one 64-bit draw each
+  // The same conditioned on |z| <= limit, limit > 0, by inversion: z = quantile(Phi(-limit) + u (1 - 2 Phi(-limit))). One
+  // 64-bit draw; an infinite limit gives DrawNormal's bits.
+  double DrawTruncatedNormal(double limit);
   std::uint64_t DrawBelow(std::uint64_t bound);    // uniform on 0 … bound-1 without bias; bound > 0
 
   // `count` different numbers of 0 … population-1, each subset and order equally likely, in the order drawn

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 #include <stdexcept>
@@ -102,6 +103,40 @@ TEST(CounterRandomTest, NormalHasTheRightMoments) {
   EXPECT_NEAR(m1 / kDraws, 0.0, 5 * 3.2e-3);
   EXPECT_NEAR(m2 / kDraws, 1.0, 5 * 4.5e-3);
   EXPECT_NEAR(m4 / kDraws, 3.0, 5 * 3.1e-2);
+}
+
+TEST(CounterRandomTest, LowerTailInvertsTheQuantile) {
+  // Phi(-1), Phi(-3) from tables with 15 digits.
+  EXPECT_NEAR(CalcNormalLowerTail(-1.0), 0.158655253931457, 1e-15);
+  EXPECT_NEAR(CalcNormalLowerTail(-3.0), 0.001349898031630, 1e-15);
+  EXPECT_EQ(CalcNormalLowerTail(-std::numeric_limits<double>::infinity()), 0.0);
+}
+
+TEST(CounterRandomTest, TruncatedNormalStaysWithinItsLimitAndHasItsVariance) {
+  constexpr int kDraws = 100000;
+  CounterRandom random(3, RandomStream::kTestVariations, 1);
+  double m1 = 0.0, m2 = 0.0, largest = 0.0;
+  for (int i = 0; i < kDraws; ++i) {
+    const double z = random.DrawTruncatedNormal(1.0);
+    m1 += z;
+    m2 += z * z;
+    largest = std::max(largest, std::abs(z));
+  }
+  // 1 - 2 phi(1) / (2 Phi(1) - 1) = 0.291125; standard errors sqrt(0.2911/n) and below sqrt(0.1/n).
+  EXPECT_NEAR(m1 / kDraws, 0.0, 5 * 1.7e-3);
+  EXPECT_NEAR(m2 / kDraws, 0.291125, 5 * 1.0e-3);
+  EXPECT_LE(largest, 1.0);
+  EXPECT_GT(largest, 0.999);
+  EXPECT_THROW(random.DrawTruncatedNormal(0.0), std::invalid_argument);
+}
+
+TEST(CounterRandomTest, WideLimitsLeaveTheNormalAsItIs) {
+  CounterRandom plain(3, RandomStream::kTestVariations, 2), unlimited = plain, wide = plain;
+  for (int i = 0; i < 1000; ++i) {
+    const double z = plain.DrawNormal();
+    EXPECT_EQ(unlimited.DrawTruncatedNormal(std::numeric_limits<double>::infinity()), z);
+    EXPECT_NEAR(wide.DrawTruncatedNormal(8.0), z, 1e-12);
+  }
 }
 
 TEST(CounterRandomTest, DrawsWithoutReplacementAreEquallyLikely) {

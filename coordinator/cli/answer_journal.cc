@@ -1,0 +1,131 @@
+#include "coordinator/cli/answer_journal.h"
+
+#include <bit>
+#include <cstddef>
+#include <stdexcept>
+
+namespace knap {
+namespace {
+
+constexpr std::size_t kMostPending = 64;  // a crash in a long test loses no more answers than this
+
+void AppendInteger(std::uint64_t value, int bytes, std::string* out) {
+  for (int i = 0; i < bytes; ++i) out->push_back(static_cast<char>((value >> (8 * i)) & 0xff));
+}
+
+void AppendDouble(double value, std::string* out) { AppendInteger(std::bit_cast<std::uint64_t>(value), 8, out); }
+
+class ByteReader {
+ public:
+  explicit ByteReader(std::string_view bytes) : rest_(bytes) {}
+
+  bool done() const { return rest_.empty(); }
+
+  std::string_view Take(std::size_t size) {
+    if (size > rest_.size()) throw std::runtime_error("journal: a record of answers ends too early");
+    const std::string_view taken = rest_.substr(0, size);
+    rest_.remove_prefix(size);
+    return taken;
+  }
+
+  std::uint64_t TakeInteger(int bytes) {
+    const std::string_view taken = Take(static_cast<std::size_t>(bytes));
+    std::uint64_t value = 0;
+    for (int i = bytes - 1; i >= 0; --i)
+      value = (value << 8) | static_cast<unsigned char>(taken[static_cast<std::size_t>(i)]);
+    return value;
+  }
+
+  double TakeDouble() { return std::bit_cast<double>(TakeInteger(8)); }
+
+ private:
+  std::string_view rest_;
+};
+
+}  // namespace
+
+std::string EncodeAnswers(std::span<const JournaledAnswer> answers) {
+  std::string bytes;
+  for (const auto& [id, outcome] : answers) {
+    for (const std::uint8_t byte : id) bytes.push_back(static_cast<char>(byte));
+    const RolloutCertificate& certificate = outcome.certificate;
+    for (const double value : {outcome.loss, certificate.worst_residual, outcome.forward_s, outcome.gradient_s}) {
+      AppendDouble(value, &bytes);
+    }
+    for (const std::int32_t value : {certificate.subdivided_steps, certificate.contact_onsets, outcome.steps}) {
+      AppendInteger(static_cast<std::uint32_t>(value), 4, &bytes);
+    }
+    const std::uint32_t flags = (outcome.success ? 1U : 0U) | (certificate.finite ? 2U : 0U) |
+                                (certificate.converged ? 4U : 0U) | (certificate.smooth ? 8U : 0U);
+    AppendInteger(flags, 4, &bytes);
+    AppendInteger(outcome.gradient.size(), 4, &bytes);
+    for (const double value : outcome.gradient) AppendDouble(value, &bytes);
+  }
+  return bytes;
+}
+
+std::vector<JournaledAnswer> DecodeAnswers(std::string_view bytes) {
+  std::vector<JournaledAnswer> answers;
+  for (ByteReader reader(bytes); !reader.done();) {
+    JournaledAnswer answer;
+    for (std::uint8_t& byte : answer.id) byte = static_cast<std::uint8_t>(reader.TakeInteger(1));
+    RolloutOutcome& outcome = answer.outcome;
+    RolloutCertificate& certificate = outcome.certificate;
+    outcome.loss = reader.TakeDouble();
+    certificate.worst_residual = reader.TakeDouble();
+    outcome.forward_s = reader.TakeDouble();
+    outcome.gradient_s = reader.TakeDouble();
+    certificate.subdivided_steps = static_cast<std::int32_t>(reader.TakeInteger(4));
+    certificate.contact_onsets = static_cast<std::int32_t>(reader.TakeInteger(4));
+    outcome.steps = static_cast<std::int32_t>(reader.TakeInteger(4));
+    const std::uint64_t flags = reader.TakeInteger(4);
+    outcome.success = (flags & 1U) != 0;
+    certificate.finite = (flags & 2U) != 0;
+    certificate.converged = (flags & 4U) != 0;
+    certificate.smooth = (flags & 8U) != 0;
+    const std::uint64_t size = reader.TakeInteger(4);
+    for (std::uint64_t i = 0; i < size; ++i) outcome.gradient.push_back(reader.TakeDouble());
+    answers.push_back(std::move(answer));
+  }
+  return answers;
+}
+
+JournaledService::JournaledService(Dispatcher* dispatcher, Journal* journal, std::span<const std::string> payloads)
+    : dispatcher_(dispatcher), journal_(journal) {
+  for (const std::string& payload : payloads) {
+    for (JournaledAnswer& answer : DecodeAnswers(payload)) {
+      dispatcher_->Preload(answer.id, std::move(answer.outcome));
+      ++preloaded_;
+    }
+  }
+  dispatcher_->set_on_result([this](const RolloutReport& report) {
+    ++current_;
+    if (on_answer_) on_answer_(report);
+    pending_.push_back({report.id, *report.outcome});
+    if (pending_.size() >= kMostPending) Flush();
+  });
+}
+
+std::vector<RolloutOutcome> JournaledService::Evaluate(std::span<const RolloutQuery> queries) {
+  total_ += static_cast<std::int64_t>(queries.size());
+  for (const RolloutQuery& query : queries) distinct_.insert(dispatcher_->CalcId(query));
+  try {
+    std::vector<RolloutOutcome> outcomes = dispatcher_->Evaluate(queries);
+    Flush();
+    current_ = 0;
+    finished_ = total_;
+    return outcomes;
+  } catch (...) {
+    Flush();
+    throw;
+  }
+}
+
+void JournaledService::Flush() {
+  if (pending_.empty()) return;
+  // Cleared first: after a failed write the journal takes no more, and the error must not repeat from a handler.
+  const std::string payload = EncodeAnswers(std::exchange(pending_, {}));
+  journal_->Append(payload);
+}
+
+}  // namespace knap

@@ -1,0 +1,66 @@
+// A run's answers across crashes: what the cluster answered is on the disk before the optimizer sees it, and a resumed
+// run gets it from there. Learning is a pure function of the answers, so a resumed run goes on to the same bits.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <unordered_set>
+#include <utility>
+#include <vector>
+
+#include "coordinator/dispatch/dispatcher.h"
+#include "coordinator/rollout_service.h"
+#include "coordinator/run_directory/journal.h"
+#include "lcmtypes/wire/content_id.h"
+
+namespace knap {
+
+struct JournaledAnswer {
+  ContentId id{};
+  RolloutOutcome outcome;
+};
+
+// Bytes, one answer after the other, integers and doubles (IEEE 754 bits) little endian: 32 bytes id, then loss,
+// worst_residual, forward_s, gradient_s as doubles, then subdivided_steps, contact_onsets, steps as uint32, flags as
+// uint32 (bit 0 success, 1 finite, 2 converged, 3 smooth), length of the gradient as uint32, gradient as doubles.
+std::string EncodeAnswers(std::span<const JournaledAnswer> answers);
+// Throws std::runtime_error when the bytes are not what EncodeAnswers makes.
+std::vector<JournaledAnswer> DecodeAnswers(std::string_view bytes);
+
+// The dispatcher behind a journal.
+class JournaledService : public RolloutService {
+ public:
+  // Preloads the dispatcher with the payloads of an earlier life. Both must outlive the service, which takes the
+  // dispatcher's on_result hook.
+  JournaledService(Dispatcher* dispatcher, Journal* journal, std::span<const std::string> payloads);
+
+  // As Dispatcher::Evaluate; what was answered is durable when this returns or throws.
+  std::vector<RolloutOutcome> Evaluate(std::span<const RolloutQuery> queries) override;
+
+  // Called with every answer that the cluster computed.
+  void set_on_answer(std::function<void(const RolloutReport&)> hook) { on_answer_ = std::move(hook); }
+
+  std::int64_t total() const { return total_; }  // queries so far
+  std::int64_t distinct() const { return static_cast<std::int64_t>(distinct_.size()); }
+  // Queries answered so far, whether by the cluster or from memory.
+  std::int64_t answered() const { return finished_ + static_cast<std::int64_t>(current_); }
+  std::int64_t preloaded() const { return preloaded_; }
+
+ private:
+  void Flush();
+
+  Dispatcher* dispatcher_;
+  Journal* journal_;
+  std::vector<JournaledAnswer> pending_;
+  std::unordered_set<ContentId, ContentIdHash> distinct_;
+  std::int64_t total_ = 0;
+  std::int64_t preloaded_ = 0;
+  std::int64_t finished_ = 0;  // queries of calls that returned
+  std::size_t current_ = 0;    // answers that came during the present call
+  std::function<void(const RolloutReport&)> on_answer_;
+};
+
+}  // namespace knap

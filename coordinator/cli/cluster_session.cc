@@ -1,0 +1,122 @@
+#include "coordinator/cli/cluster_session.h"
+
+#include <fmt/format.h>
+#include <sched.h>
+#include <sodium.h>
+#include <stdlib.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+#include <system_error>
+
+#include "coordinator/cli/stop_signal.h"
+#include "lcmtypes/wire/multicast.h"
+
+namespace knap {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kStopGrace_s = 1.0;
+constexpr double kLastStatus_s = 0.5;  // a status is due within this time
+
+std::int64_t MakeRunId() {
+  if (sodium_init() < 0) throw std::runtime_error("libsodium cannot start");
+  std::int64_t id = 0;
+  while (id == 0) randombytes_buf(&id, sizeof(id));
+  return id;
+}
+
+std::string ChooseUrl(const ClusterOptions& options) {
+  // A bus of its own keeps runs on one machine apart; external workers have to know where to look.
+  const std::string url = ChooseLcmUrl(options.lcm_url, options.external ? kDefaultLcmUrl : "");
+  return url.empty() ? MakeFreeLcmUrl() : url;
+}
+
+}  // namespace
+
+int CalcWorkerCount(const ClusterOptions& options) {
+  if (options.workers > 0) return options.workers;
+  cpu_set_t cores;
+  if (sched_getaffinity(0, sizeof(cores), &cores) != 0) return 1;
+  return std::max(1, CPU_COUNT(&cores));
+}
+
+ClusterSession::TemporaryFolder::TemporaryFolder() {
+  std::string name = (fs::temp_directory_path() / "knap-XXXXXX").string();
+  if (mkdtemp(name.data()) == nullptr) {
+    throw std::runtime_error(fmt::format("temporary folder {}: {}", name, std::strerror(errno)));
+  }
+  path = name;
+}
+
+ClusterSession::TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  fs::remove_all(path, ignored);
+}
+
+ClusterSession::ClusterSession(const ClusterOptions& options, const std::map<std::string, std::string>& scenario)
+    : lcm_url_(ChooseUrl(options)),
+      directory_(options.directory),
+      key_file_(options.key_file),
+      workers_wanted_(options.external ? 0 : CalcWorkerCount(options)) {
+  if (directory_.empty() && !options.external) {
+    temporary_ = std::make_unique<TemporaryFolder>();
+    directory_ = temporary_->path;
+  }
+  const RunKey key = ChooseKey(options);
+  transport_ = std::make_unique<LcmTransport>(lcm_url_, Dispatcher::ListChannels(), &clock_);
+  DispatchOptions dispatch;
+  dispatch.run_id = MakeRunId();
+  dispatch.no_worker_s = options.no_worker_s;
+  dispatcher_ = std::make_unique<Dispatcher>(dispatch, key, scenario, transport_.get(), &clock_);
+  dispatcher_->set_stop_flag(&CatchStopSignals());
+  dispatcher_->set_on_pump([this] {
+    if (workers_) workers_->Poll();
+    if (on_pump_) on_pump_();
+  });
+  if (!options.external) StartWorkers();
+}
+
+void ClusterSession::Finish() {
+  if (workers_) {
+    dispatcher_->StopWorkers(kStopGrace_s);
+    workers_.reset();
+  } else {
+    dispatcher_->Pump(kLastStatus_s);
+  }
+}
+
+ClusterSession::~ClusterSession() {
+  if (workers_) workers_->Stop(kStopGrace_s);
+}
+
+RunKey ClusterSession::ChooseKey(const ClusterOptions& options) {
+  if (!key_file_.empty()) return RunKey::ReadFile(key_file_);
+  if (options.external) return RunKey();
+  const fs::path path = directory_ / "key";
+  fs::remove(path);  // of an earlier life of this run; its workers are gone
+  const RunKey key = RunKey::MakeRandom();
+  key.WriteFile(path.string());
+  key_file_ = path.string();
+  return key;
+}
+
+void ClusterSession::StartWorkers() {
+  const fs::path logs = directory_ / "workers";
+  fs::create_directories(logs);
+  LocalWorkerOptions options;
+  options.count = workers_wanted_;
+  options.program = FindWorkerProgram();
+  options.lcm_url = lcm_url_;
+  options.key_file = key_file_;
+  options.log_directory = logs.string();
+  workers_ = std::make_unique<LocalWorkers>(
+      options, &clock_,
+      [this](const std::string& name, pid_t pid, DeathCause cause) { dispatcher_->ReportDeath(name, pid, cause); });
+  dispatcher_->set_on_stalled([this](const KnownWorker& worker) { workers_->Kill(worker.name, worker.pid); });
+}
+
+}  // namespace knap

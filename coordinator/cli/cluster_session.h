@@ -1,0 +1,86 @@
+// The cluster of one command: a transport, a dispatcher and the workers this program starts itself.
+//
+// Own workers share a random run key in a file that only this user can read, and a bus of their own: a free port,
+// unless a URL is given by flag or LCM_DEFAULT_URL. External workers are started by hand or by a batch system; then
+// nothing is started here, and they are left alive at the end, free for the next run.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "coordinator/dispatch/dispatcher.h"
+#include "coordinator/local_workers.h"
+#include "lcmtypes/wire/clock.h"
+#include "lcmtypes/wire/lcm_transport.h"
+
+namespace knap {
+
+struct ClusterOptions {
+  bool external = false;
+  int workers = 0;                  // to start; 0: one a core. Without meaning when external.
+  std::string lcm_url;              // empty: LCM_DEFAULT_URL, else a free port (external: the default address)
+  std::string key_file;             // empty: a random key of this run's (external: the public key)
+  double no_worker_s = 30.0;        // so long without any worker: NoWorkers
+  std::filesystem::path directory;  // for the key and the workers' logs; empty: a temporary one, removed at the end
+};
+
+// Belongs to one thread (see local_workers.h).
+class ClusterSession {
+ public:
+  // `scenario`: file name → bytes, as LoadScenario gives them. Starts own workers at once. Throws std::invalid_argument
+  // for a URL that is none, std::runtime_error with one line when the network, the key or the workers' program fail.
+  ClusterSession(const ClusterOptions& options, const std::map<std::string, std::string>& scenario);
+  ~ClusterSession();  // stops own workers
+  ClusterSession(const ClusterSession&) = delete;
+  ClusterSession& operator=(const ClusterSession&) = delete;
+
+  // Evaluate throws as the dispatcher's does: NoWorkers (exit code 4), Interrupted (130, after SIGINT or SIGTERM),
+  // std::runtime_error.
+  RolloutService& service() { return *dispatcher_; }
+  Dispatcher& dispatcher() { return *dispatcher_; }
+
+  // Called about 20 times a second while the service works.
+  void set_on_pump(std::function<void()> hook) { on_pump_ = std::move(hook); }
+
+  // The run is over: sends its last status (see Dispatcher::SetProgress) and ends own workers. Nothing may be evaluated
+  // afterwards.
+  void Finish();
+
+  const std::string& lcm_url() const { return lcm_url_; }
+  const std::string& key_file() const { return key_file_; }  // empty: the public key
+  int workers_wanted() const { return workers_wanted_; }     // 0: whoever comes
+  int worker_restarts() const { return workers_ ? workers_->restarts() : 0; }
+
+ private:
+  RunKey ChooseKey(const ClusterOptions& options);
+  void StartWorkers();
+
+  // A folder that goes with its owner, also when the constructor throws.
+  struct TemporaryFolder {
+    TemporaryFolder();
+    ~TemporaryFolder();
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+    std::filesystem::path path;
+  };
+
+  std::string lcm_url_;
+  std::unique_ptr<TemporaryFolder> temporary_;
+  std::filesystem::path directory_;
+  std::string key_file_;
+  int workers_wanted_ = 0;
+  SteadyClock clock_;
+  std::unique_ptr<LcmTransport> transport_;
+  std::unique_ptr<Dispatcher> dispatcher_;
+  std::unique_ptr<LocalWorkers> workers_;
+  std::function<void()> on_pump_;
+};
+
+// `options.workers`, or the number of cores this process may use.
+int CalcWorkerCount(const ClusterOptions& options);
+
+}  // namespace knap

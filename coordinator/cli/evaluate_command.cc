@@ -1,0 +1,207 @@
+#include "coordinator/cli/evaluate_command.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "coordinator/cli/cluster_flags.h"
+#include "coordinator/cli/exit_codes.h"
+#include "coordinator/cli/loaded_run.h"
+#include "coordinator/cli/problem_from_scene.h"
+#include "coordinator/cli/theta_choice.h"
+#include "coordinator/learning/batch_objective.h"
+#include "coordinator/learning/evaluation.h"
+#include "coordinator/progress/progress.h"
+#include "knap/run_status_t.hpp"
+
+namespace knap {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+struct EvaluateArguments {
+  std::string path;  // of a run or a scenario file
+  std::vector<std::string> overrides;
+  ClusterOptions cluster;
+  std::optional<int> variations;
+  std::optional<std::uint64_t> seed;
+  std::string theta;
+  bool json = false, quiet = false;
+};
+
+// The seed of random designs; that of the variations is the scenario's or --seed.
+constexpr std::uint64_t kRandomThetaSeed = 0;
+
+struct Test {
+  std::vector<double> theta;
+  TestSummary summary;
+};
+
+// Every design on the same variations, in one call of the service, so that no worker idles between designs.
+std::vector<Test> TestDesigns(const std::vector<std::vector<double>>& thetas, const VariationSpec& variations, int n,
+                              std::uint64_t seed, RolloutService& service) {
+  std::vector<RolloutQuery> queries;
+  for (const std::vector<double>& theta : thetas) {
+    for (int i = 0; i < n; ++i) {
+      RolloutQuery query;
+      query.theta = theta;
+      query.variation = SampleVariation(variations, seed, RandomStream::kTestVariations, static_cast<std::uint64_t>(i));
+      query.gradient = false;
+      queries.push_back(query);
+    }
+  }
+  const std::vector<RolloutOutcome> outcomes = EvaluateAll(service, queries);
+  std::vector<Test> tests;
+  for (std::size_t k = 0; k < thetas.size(); ++k) {
+    const auto count = static_cast<std::size_t>(n);
+    tests.push_back({thetas[k], SummarizeTest(std::span(outcomes).subspan(k * count, count), seed)});
+  }
+  return tests;
+}
+
+double CalcMedianRate(const std::vector<Test>& tests) {
+  std::vector<double> rates;
+  for (const Test& test : tests) rates.push_back(test.summary.success_rate);
+  std::sort(rates.begin(), rates.end());
+  const std::size_t middle = rates.size() / 2;
+  return rates.size() % 2 == 1 ? rates[middle] : 0.5 * (rates[middle - 1] + rates[middle]);
+}
+
+Json MakeThetaJson(const ParameterSpec& parameters, const std::vector<double>& theta) {
+  Json json = Json::object();
+  for (std::size_t i = 0; i < theta.size(); ++i) json[parameters.names[i]] = theta[i];
+  return json;
+}
+
+void PrintJson(const Scene& scene, const ParameterSpec& parameters, const std::vector<Test>& tests) {
+  Json designs = Json::array();
+  for (const Test& test : tests) {
+    designs.push_back({{"theta", MakeThetaJson(parameters, test.theta)}, {"test", MakeEvaluationJson(test.summary)}});
+  }
+  const Json json = {
+      {"schema", 1}, {"scenario", scene.name}, {"designs", designs}, {"median_success_rate", CalcMedianRate(tests)}};
+  fmt::print("{}\n", MakeJsonText(json, 2));
+}
+
+void PrintTests(const ParameterSpec& parameters, const std::vector<Test>& tests) {
+  const TestSummary& first = tests.front().summary;
+  fmt::print("success rate (95% interval) and mean loss on {} variations of seed {}\n", first.variations, first.seed);
+  for (const Test& test : tests) {
+    std::string theta;
+    for (std::size_t i = 0; i < test.theta.size(); ++i) {
+      theta += fmt::format("  {} {:.2f} mm", parameters.names[i], 1e3 * test.theta[i]);
+    }
+    fmt::print("{:5.1f}% ({:.1f} to {:.1f}%)  loss {:.4g}{}\n", 100.0 * test.summary.success_rate,
+               100.0 * test.summary.success_interval.lower, 100.0 * test.summary.success_interval.upper,
+               test.summary.loss_mean, theta);
+    if (test.summary.not_converged + test.summary.not_finite > 0) {
+      fmt::print("        {} rollouts did not converge, {} are not finite: they count as failures\n",
+                 test.summary.not_converged, test.summary.not_finite);
+    }
+  }
+  if (tests.size() > 1) fmt::print("median of {} designs: {:.1f}%\n", tests.size(), 100.0 * CalcMedianRate(tests));
+}
+
+// Shows on stderr how many of `tests` rollouts are answered, until it is destroyed.
+class TestProgress {
+ public:
+  TestProgress(const Scene& scene, int tests, bool quiet, ClusterSession* session) : session_(session) {
+    state_.title = scene.name;
+    state_.phase = ProgressPhase::kTesting;
+    state_.tests = tests;
+    state_.workers_wanted = session->workers_wanted();
+    status_.scenario = scene.name;
+    status_.state = run_status_t::kEvaluating;
+    if (!quiet) reporter_.emplace(std::cerr, DetectTerminal(STDERR_FILENO));
+    session_->set_on_pump([this] { Update(); });
+    Update();
+  }
+  ~TestProgress() {
+    session_->set_on_pump({});
+    if (reporter_) reporter_->Clear();
+  }
+  TestProgress(const TestProgress&) = delete;
+  TestProgress& operator=(const TestProgress&) = delete;
+
+ private:
+  void Update() {
+    const Dispatcher& dispatcher = session_->dispatcher();
+    state_.elapsed_s = static_cast<double>(clock_.now_us() - started_us_) * 1e-6;
+    state_.rollouts = dispatcher.counters().computed;
+    state_.tested = static_cast<int>(state_.rollouts);
+    state_.workers_alive = dispatcher.CountUsableWorkers();
+    state_.retries = dispatcher.counters().reissued;
+    if (reporter_) reporter_->Update(state_);
+    status_.progress = CalcDonePart(state_);
+    status_.eta_s = CalcTimeLeft(state_).value_or(-1.0);
+    session_->dispatcher().SetProgress(status_);
+  }
+
+  ClusterSession* session_;
+  SteadyClock clock_;
+  const std::int64_t started_us_ = clock_.now_us();
+  std::optional<ProgressReporter> reporter_;
+  ProgressState state_;
+  RunProgress status_;
+};
+
+int RunEvaluate(const EvaluateArguments& arguments) {
+  const bool is_run = fs::is_directory(arguments.path);
+  const fs::path config = is_run ? OpenRun(arguments.path).config_path() : fs::path(arguments.path);
+  const LoadedScenario scenario = LoadValidScenario(config, arguments.overrides);
+  const Scene& scene = scenario.parsed.scene;
+  const Problem problem = MakeProblem(scene);
+  const ParameterSpec& parameters = problem.parameters;
+  const std::string choice = !arguments.theta.empty() ? arguments.theta : is_run ? "learned" : "initial";
+  const std::vector<std::vector<double>> thetas = ChooseThetas(choice, parameters, kRandomThetaSeed, [&] {
+    if (!is_run) throw UsageError(fmt::format("--theta learned: {} is a scenario, not a run", arguments.path));
+    return ReadLearnedTheta(OpenRun(arguments.path), parameters.names.size());
+  });
+  const int n = arguments.variations.value_or(static_cast<int>(scene.evaluation.variations));
+  const std::uint64_t seed = arguments.seed.value_or(static_cast<std::uint64_t>(scene.evaluation.seed));
+  std::vector<Test> tests;
+  {
+    ClusterSession session(arguments.cluster, scenario.files);
+    const TestProgress progress(scene, n * static_cast<int>(thetas.size()), arguments.quiet, &session);
+    tests = TestDesigns(thetas, problem.variations, n, seed, session.service());
+  }
+  if (arguments.json) {
+    PrintJson(scene, parameters, tests);
+  } else {
+    PrintTests(parameters, tests);
+  }
+  return kExitDone;
+}
+
+}  // namespace
+
+void AddEvaluateCommand(CLI::App* app, std::function<int()>* command) {
+  auto arguments = std::make_shared<EvaluateArguments>();
+  CLI::App* evaluate = app->add_subcommand("evaluate", "Tests designs on variations that learning never sees");
+  evaluate->add_option("path", arguments->path, "run directory or scenario file")->required();
+  evaluate->add_option("--set", arguments->overrides, "change the scenario: a.b=c; may be repeated")
+      ->take_all()
+      ->expected(1);
+  AddClusterFlags(evaluate, &arguments->cluster);
+  evaluate->add_option("--variations", arguments->variations, "how many (default: the scenario's)")
+      ->check(CLI::Range(1, 1000000));
+  evaluate->add_option("--seed", arguments->seed, "of the variations (default: the scenario's)");
+  evaluate->add_option("--theta", arguments->theta,
+                       "initial, learned, random:K or NAME=VALUE,... (default: learned for a run, else initial)");
+  evaluate->add_flag("--json", arguments->json, "print a JSON document on stdout");
+  evaluate->add_flag("--quiet", arguments->quiet, "no progress");
+  evaluate->callback([arguments, command] { *command = [arguments] { return RunEvaluate(*arguments); }; });
+}
+
+}  // namespace knap

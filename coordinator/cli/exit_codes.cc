@@ -1,0 +1,39 @@
+#include "coordinator/cli/exit_codes.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <exception>
+#include <string>
+
+#include "coordinator/dispatch/dispatch_types.h"
+
+namespace knap {
+namespace {
+
+void PrintError(const std::string& what) { fmt::print(stderr, "knap: {}\n", what); }
+
+}  // namespace
+
+int RunCommand(const std::function<int()>& command) {
+  try {
+    return command();
+  } catch (const UsageError& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return kExitUsage;
+  } catch (const std::invalid_argument& e) {
+    PrintError(e.what());
+    return kExitUsage;
+  } catch (const NoWorkers& e) {
+    PrintError(e.what());
+    return kExitNoWorkers;
+  } catch (const Interrupted& e) {
+    PrintError(e.what());
+    return kExitInterrupted;
+  } catch (const std::exception& e) {
+    PrintError(e.what());
+    return kExitFailed;
+  }
+}
+
+}  // namespace knap

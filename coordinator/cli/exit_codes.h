@@ -1,0 +1,26 @@
+// How the program ends [design §6].
+#pragma once
+
+#include <functional>
+#include <stdexcept>
+
+namespace knap {
+
+enum ExitCode : int {
+  kExitDone = 0,
+  kExitFailed = 1,  // while running
+  kExitUsage = 2,   // bad usage or config
+  kExitNoWorkers = 4,
+  kExitInterrupted = 130,  // after saving
+};
+
+// Bad usage or config: one or more complete lines for the user, printed as they are.
+class UsageError : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// Runs a command and turns what it throws into a message on stderr and an exit code: UsageError and
+// std::invalid_argument 2, NoWorkers 4, Interrupted 130, anything else 1.
+int RunCommand(const std::function<int()>& command);
+
+}  // namespace knap

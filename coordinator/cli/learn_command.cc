@@ -1,0 +1,226 @@
+#include "coordinator/cli/learn_command.h"
+
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "coordinator/cli/cluster_flags.h"
+#include "coordinator/cli/exit_codes.h"
+#include "coordinator/cli/loaded_run.h"
+#include "coordinator/cli/problem_from_scene.h"
+#include "coordinator/cli/run_recorder.h"
+#include "coordinator/learning/evaluation.h"
+#include "coordinator/report/picture.h"
+#include "coordinator/run_directory/durable_file.h"
+#include "lcmtypes/wire/scenario_bundle.h"
+#include "sim/geometry/mesh_io.h"
+#include "sim/rollout/rollout.h"
+
+namespace knap {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct LearnArguments {
+  std::string config;
+  std::vector<std::string> overrides;
+  ClusterOptions cluster;
+  std::string out, resume, method;
+  std::optional<std::int64_t> seed;
+  bool dry_run = false, json = false, quiet = false;
+};
+
+// Everything a run is made of before it touches disk or network.
+struct Prepared {
+  LoadedScenario scenario;
+  Problem problem;
+  LearningOptions options;
+  std::unique_ptr<RolloutModel> model;
+  std::string config_hash;
+};
+
+Prepared Prepare(const LearnArguments& arguments) {
+  std::vector<std::string> overrides = arguments.overrides;
+  if (!arguments.method.empty()) overrides.push_back("learning.method=" + arguments.method);
+  if (arguments.seed) overrides.push_back(fmt::format("learning.seed={}", *arguments.seed));
+  Prepared prepared;
+  const fs::path config =
+      arguments.resume.empty() ? fs::path(arguments.config) : OpenRun(arguments.resume).config_path();
+  prepared.scenario = LoadValidScenario(config, overrides);
+  try {
+    prepared.problem = MakeProblem(prepared.scenario.parsed.scene);
+    prepared.options = MakeLearningOptions(prepared.scenario.parsed.scene);
+    prepared.model = std::make_unique<RolloutModel>(prepared.scenario.files);
+  } catch (const std::exception& e) {
+    throw UsageError(fmt::format("{}: {}", config.string(), e.what()));
+  }
+  prepared.config_hash = FormatHex(CalcScenarioId(EncodeBundle(prepared.scenario.files)));
+  return prepared;
+}
+
+int CountTests(const Prepared& prepared) {
+  return static_cast<int>(prepared.scenario.parsed.scene.evaluation.variations);
+}
+
+void PrintPlan(const Prepared& prepared, const ClusterOptions& cluster) {
+  const LearningOptions& options = prepared.options;
+  const ParameterSpec& parameters = prepared.problem.parameters;
+  fmt::print("scenario    {}\n", prepared.scenario.parsed.scene.name);
+  fmt::print("method      {}, seed {}\n", GetName(options.method), options.seed);
+  fmt::print("parameters  {}\n", parameters.names.size());
+  for (std::size_t i = 0; i < parameters.names.size(); ++i) {
+    fmt::print("  {:<20} {:g} in [{:g}, {:g}] m\n", parameters.names[i], parameters.initial[i], parameters.lower[i],
+               parameters.upper[i]);
+  }
+  fmt::print("variations  {} in {} batches of {}\n", options.variations, CalcBatchCount(options), options.batch);
+  fmt::print("rollouts    at most {} for learning, {} for the test\n", CalcMostRollouts(options),
+             2 * CountTests(prepared));
+  fmt::print("workers     {}\n", cluster.external ? "external" : std::to_string(CalcWorkerCount(cluster)));
+}
+
+// The run's folder with everything that does not depend on the answers.
+RunDirectory MakeRun(const LearnArguments& arguments, const Prepared& prepared) {
+  const RunInfo info = MakeRunInfo(prepared.scenario, prepared.config_hash);
+  if (!arguments.resume.empty()) return OpenRun(arguments.resume);
+  RunDirectory run =
+      arguments.out.empty() ? RunDirectory::CreateNamed("runs", info.scenario, info.started) : CreateRun(arguments.out);
+  run.WriteRunInfo(info);
+  fs::create_directories(run.tool_path());
+  const CageDesign& design = *prepared.model->design();
+  WriteFileAtomically(run.tool_path() / "initial.stl", WriteStl(design.CalcMesh(design.initial_theta())));
+  WriteScenario(prepared.scenario, run);
+  return run;
+}
+
+Journal::Opened OpenJournal(const RunDirectory& run, const std::string& config_hash) {
+  // A run killed before its journal existed has asked nothing yet.
+  if (!fs::exists(run.journal_path())) return {Journal::Create(run.journal_path(), config_hash), {}, 0};
+  return Journal::Open(run.journal_path(), config_hash);
+}
+
+Eigen::VectorXd MakeVector(const std::vector<double>& values) {
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+std::string FormatRate(const TestSummary& test) {
+  return fmt::format("{:.1f}% ({:.1f} to {:.1f}%)", 100.0 * test.success_rate, 100.0 * test.success_interval.lower,
+                     100.0 * test.success_interval.upper);
+}
+
+void PrintSummary(const ResultDocument& document, const RunDirectory& run, bool has_picture) {
+  fmt::print(stderr, "\n{}: learned with {} ({} rollouts) in {}\n", document.scenario, document.method,
+             document.rollouts_total, FormatDuration(document.wall_s));
+  fmt::print(stderr, "  success   {} -> {} of {} unseen variations (95% interval)\n", FormatRate(document.test_initial),
+             FormatRate(document.test_learned), document.test_learned.variations);
+  fmt::print(stderr, "  mean loss {:.4g} -> {:.4g}\n", document.test_initial.loss_mean,
+             document.test_learned.loss_mean);
+  fmt::print(stderr, "  tool      {} (millimetres, ready to print)\n", (run.tool_path() / "learned.stl").string());
+  if (has_picture) fmt::print(stderr, "  picture   {} (open it in a browser)\n", (run.path() / "picture.svg").string());
+  fmt::print(stderr, "  figures   {}, metrics.csv and more beside it\n", run.result_path().string());
+}
+
+ResultDocument LearnAndTest(const Prepared& prepared, JournaledService& service, ClusterSession& session,
+                            RunRecorder& recorder) {
+  const LearningResult learned = Learn(prepared.problem, prepared.options, service, recorder);
+  recorder.BeginTest();
+  const Evaluation& evaluation = prepared.scenario.parsed.scene.evaluation;
+  const auto seed = static_cast<std::uint64_t>(evaluation.seed);
+  const auto test = [&](const std::vector<double>& theta) {
+    return EvaluateDesign(prepared.problem.variations, theta, CountTests(prepared), seed, service).summary;
+  };
+  ResultDocument document;
+  document.scenario = prepared.scenario.parsed.scene.name;
+  document.method = GetName(prepared.options.method);
+  document.seed = prepared.options.seed;
+  document.parameters = prepared.problem.parameters;
+  document.learned = learned.theta;
+  document.test_initial = test(prepared.problem.parameters.initial);
+  document.test_learned = test(learned.theta);
+  document.rollouts_total = service.total();
+  document.rollouts_distinct = service.distinct();
+  document.rollouts_reissued = session.dispatcher().counters().reissued;
+  document.wall_s = recorder.elapsed_s();
+  recorder.FinishTest();
+  return document;
+}
+
+// Without a picture the run is still whole, so what keeps it from being drawn is an event.
+bool WritePicture(const Prepared& prepared, const ResultDocument& document, const RunDirectory& run,
+                  RunRecorder* recorder) try {
+  const std::optional<std::string> svg = DrawTopView(*prepared.model, prepared.problem.variations,
+                                                     {document.test_initial, document.learned, document.test_learned});
+  if (!svg) return false;
+  WriteFileAtomically(run.path() / "picture.svg", *svg);
+  return true;
+} catch (const std::exception& e) {
+  recorder->RecordEvent("no_picture", {{"error", e.what()}});
+  return false;
+}
+
+int RunLearn(const LearnArguments& arguments) {
+  if (arguments.config.empty() == arguments.resume.empty()) {
+    throw UsageError("knap learn: expected either a CONFIG or --resume DIR");
+  }
+  if (!arguments.resume.empty() &&
+      (!arguments.overrides.empty() || !arguments.method.empty() || arguments.seed || !arguments.out.empty())) {
+    throw UsageError("knap learn: --resume continues a run as it is: without a.b=c, --method, --seed and --out");
+  }
+  const Prepared prepared = Prepare(arguments);
+  if (arguments.dry_run) {
+    PrintPlan(prepared, arguments.cluster);
+    return kExitDone;
+  }
+  const RunDirectory run = MakeRun(arguments, prepared);
+  Journal::Opened journal = OpenJournal(run, prepared.config_hash);
+  ClusterOptions cluster = arguments.cluster;
+  cluster.directory = run.path();
+  ClusterSession session(cluster, prepared.scenario.files);
+  JournaledService service(&session.dispatcher(), &journal.journal, journal.payloads);
+  const RunPlan plan{prepared.scenario.parsed.scene.name, GetName(prepared.options.method),
+                     prepared.problem.parameters.names, CalcMostRollouts(prepared.options), 2 * CountTests(prepared)};
+  RunRecorder recorder(plan, run, &session, &service, arguments.quiet);
+  ResultDocument document;
+  try {
+    document = LearnAndTest(prepared, service, session, recorder);
+  } catch (const Interrupted&) {
+    recorder.RecordEvent("interrupted", {});
+    throw Interrupted(fmt::format("interrupted; everything so far is saved, go on with: knap learn --resume {}",
+                                  run.path().string()));
+  } catch (const std::exception& e) {
+    recorder.RecordEvent("failed", {{"error", e.what()}});
+    throw;
+  }
+  const CageDesign& design = *prepared.model->design();
+  WriteFileAtomically(run.tool_path() / "learned.stl", WriteStl(design.CalcMesh(MakeVector(document.learned))));
+  const bool has_picture = WritePicture(prepared, document, run, &recorder);
+  run.WriteResult(document);
+  recorder.RecordEvent("done", {{"wall_s", document.wall_s}});
+  if (!arguments.quiet) PrintSummary(document, run, has_picture);
+  if (arguments.json) fmt::print("{}\n", MakeJsonText(MakeResultJson(document), 2));
+  return kExitDone;
+}
+
+}  // namespace
+
+void AddLearnCommand(CLI::App* app, std::function<int()>* command) {
+  auto arguments = std::make_shared<LearnArguments>();
+  CLI::App* learn = app->add_subcommand("learn", "Learns the shape of a tool and writes a run directory");
+  learn->add_option("config", arguments->config, "scenario file");
+  learn->add_option("overrides", arguments->overrides, "changes to the scenario: a.b=c");
+  AddClusterFlags(learn, &arguments->cluster);
+  CLI::Option* out = learn->add_option("--out", arguments->out, "run directory (default: runs/<scenario>-<UTC>)");
+  learn->add_option("--resume", arguments->resume, "continue the run in this directory")->excludes(out);
+  learn->add_option("--method", arguments->method, "ours, simple_continual or diffhand (default: the scenario's)");
+  learn->add_option("--seed", arguments->seed, "of everything random (default: the scenario's)");
+  learn->add_flag("--dry-run", arguments->dry_run, "check everything, print the plan and stop");
+  learn->add_flag("--json", arguments->json, "print result.json on stdout");
+  learn->add_flag("--quiet", arguments->quiet, "no progress and no summary");
+  learn->callback([arguments, command] { *command = [arguments] { return RunLearn(*arguments); }; });
+}
+
+}  // namespace knap

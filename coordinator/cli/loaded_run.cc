@@ -1,0 +1,108 @@
+#include "coordinator/cli/loaded_run.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <array>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <stdexcept>
+#include <system_error>
+
+#include "coordinator/cli/exit_codes.h"
+#include "coordinator/cli/problem_from_scene.h"
+#include "coordinator/run_directory/durable_file.h"
+#include "lcmtypes/wire/content_id.h"
+
+namespace knap {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string FindHostName() {
+  std::array<char, 256> name{};
+  gethostname(name.data(), name.size() - 1);
+  return name.data();
+}
+
+// A folder that is not what the command line says is bad usage; a disk that refuses is not.
+template <typename Action>
+RunDirectory AsUsage(const Action& action) {
+  try {
+    return action();
+  } catch (const std::system_error&) {
+    throw;
+  } catch (const std::runtime_error& e) {
+    throw UsageError(e.what());
+  }
+}
+
+}  // namespace
+
+RunDirectory OpenRun(const fs::path& path) {
+  return AsUsage([&] { return RunDirectory::Open(path); });
+}
+
+RunDirectory CreateRun(const fs::path& path) {
+  return AsUsage([&] { return RunDirectory::Create(path); });
+}
+
+LoadedScenario LoadValidScenario(const fs::path& config, std::span<const std::string> overrides) {
+  LoadedScenario scenario = LoadScenario(config, overrides);
+  if (!scenario.parsed.ok()) {
+    std::string errors = scenario.parsed.FormatErrors();
+    while (!errors.empty() && errors.back() == '\n') errors.pop_back();
+    throw UsageError(errors);
+  }
+  return scenario;
+}
+
+void WriteScenario(const LoadedScenario& scenario, const RunDirectory& run) {
+  const std::set<std::string> own = {"config.yaml",  "run.json",     "journal",         "metrics.csv",
+                                     "rollouts.csv", "events.jsonl", "evaluation.json", "result.json",
+                                     "picture.svg",  "tool",         "workers",         "key"};
+  for (const auto& [name, bytes] : scenario.files) {
+    if (name == kScenarioFileName) continue;
+    const std::string first = *fs::path(name).begin();
+    if (own.count(first) != 0) {
+      throw UsageError(fmt::format("{}: the file '{}' has the name of one that every run writes; give it another",
+                                   scenario.parsed.file_name, name));
+    }
+    fs::create_directories((run.path() / name).parent_path());
+    WriteFileAtomically(run.path() / name, bytes);
+  }
+  run.WriteConfig(scenario.files.at(kScenarioFileName));  // last: it says that the folder is a run
+}
+
+std::vector<double> ReadLearnedTheta(const RunDirectory& run, std::size_t size) {
+  if (!fs::exists(run.result_path())) {
+    throw UsageError(
+        fmt::format("{}: the run has no result.json: it did not finish; continue it with knap learn --resume {}",
+                    run.path().string(), run.path().string()));
+  }
+  try {
+    const nlohmann::json result = nlohmann::json::parse(ReadFile(run.result_path()));
+    std::vector<double> theta = result.at("theta").at("learned").get<std::vector<double>>();
+    if (theta.size() == size) return theta;
+    throw UsageError(fmt::format("{}: theta.learned has {} values; the run's config.yaml has {} parameters",
+                                 run.result_path().string(), theta.size(), size));
+  } catch (const nlohmann::json::exception& e) {
+    throw UsageError(fmt::format("{}: {}", run.result_path().string(), e.what()));
+  }
+}
+
+RunInfo MakeRunInfo(const LoadedScenario& scenario, const std::string& config_hash) {
+  RunInfo info;
+  info.version = KNAP_VERSION;
+  info.build = FormatShort(CalcSha256(ReadFile("/proc/self/exe")));
+  info.scenario = scenario.parsed.scene.name;
+  const LearningOptions options = MakeLearningOptions(scenario.parsed.scene);
+  info.method = GetName(options.method);
+  info.seed = options.seed;
+  info.host = FindHostName();
+  info.config_hash = config_hash;
+  info.started = std::chrono::system_clock::now();
+  return info;
+}
+
+}  // namespace knap

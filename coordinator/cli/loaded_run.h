@@ -1,0 +1,32 @@
+// Scenarios and runs as the commands find them on disk.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "coordinator/run_directory/run_directory.h"
+#include "sim/scenarios/scenario_files.h"
+
+namespace knap {
+
+// Throws UsageError with all that is wrong, one line each, unless the scenario is valid.
+LoadedScenario LoadValidScenario(const std::filesystem::path& config, std::span<const std::string> overrides);
+
+// RunDirectory's Open and Create, with UsageError when the folder is not what they need.
+RunDirectory OpenRun(const std::filesystem::path& path);
+RunDirectory CreateRun(const std::filesystem::path& path);
+
+// Writes config.yaml, resolved, and the files it names beside it under the same relative paths, so that the run's
+// config.yaml runs on its own; throws UsageError when such a file would overwrite one of the run's own.
+void WriteScenario(const LoadedScenario& scenario, const RunDirectory& run);
+
+// theta.learned of the run's result.json; UsageError when the run has none (it did not finish) or it has not `size`
+// values.
+std::vector<double> ReadLearnedTheta(const RunDirectory& run, std::size_t size);
+
+// Where a run began: method and seed are in config.yaml; this tells the rest (run.json).
+RunInfo MakeRunInfo(const LoadedScenario& scenario, const std::string& config_hash);
+
+}  // namespace knap

@@ -1,0 +1,22 @@
+// The program knap.
+#include <CLI/CLI.hpp>
+#include <functional>
+
+#include "coordinator/cli/evaluate_command.h"
+#include "coordinator/cli/exit_codes.h"
+#include "coordinator/cli/learn_command.h"
+
+int main(int argc, char** argv) {
+  CLI::App app("Learns the shape of a robot's tool on a cluster of differentiable simulators.", "knap");
+  app.set_version_flag("--version", "knap " KNAP_VERSION);
+  app.require_subcommand(1);
+  std::function<int()> command;
+  knap::AddLearnCommand(&app, &command);
+  knap::AddEvaluateCommand(&app, &command);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? knap::kExitDone : knap::kExitUsage;
+  }
+  return knap::RunCommand(command);
+}

@@ -1,0 +1,192 @@
+#include "coordinator/cli/run_recorder.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <iostream>
+#include <utility>
+
+#include "knap/run_status_t.hpp"
+
+namespace knap {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// JSON has no infinity: the loss of a batch in which nothing was trusted is null.
+Json MakeNumber(double value) { return std::isfinite(value) ? Json(value) : Json(); }
+
+}  // namespace
+
+RunRecorder::RunRecorder(const RunPlan& plan, const RunDirectory& run, ClusterSession* session,
+                         JournaledService* service, bool quiet)
+    : plan_(plan),
+      started_us_(clock_.now_us()),
+      session_(session),
+      service_(service),
+      metrics_(run.metrics_path(), plan.parameter_names),
+      rollouts_(run.rollouts_path()),
+      events_(run.events_path()),
+      phase_started_us_(started_us_) {
+  if (!quiet) reporter_.emplace(std::cerr, DetectTerminal(STDERR_FILENO));
+  state_.title = fmt::format("{} {}", plan_.scenario, plan_.method);
+  state_.tests = plan_.tests;
+  state_.workers_wanted = session_->workers_wanted();
+  progress_.state = run_status_t::kWaiting;
+  progress_.scenario = plan_.scenario;
+  progress_.method = plan_.method;
+  session_->set_on_pump([this] { Pump(); });
+  service_->set_on_answer([this](const RolloutReport& report) { RecordAnswer(report); });
+  RecordEvent("begin", {{"pid", getpid()},
+                        {"lcm_url", session_->lcm_url()},
+                        {"workers", session_->workers_wanted()},
+                        {"answers_from_journal", service_->preloaded()}});
+}
+
+RunRecorder::~RunRecorder() {
+  session_->set_on_pump({});
+  service_->set_on_answer({});
+  if (reporter_) reporter_->Clear();
+}
+
+double RunRecorder::elapsed_s() const { return static_cast<double>(clock_.now_us() - started_us_) * 1e-6; }
+
+void RunRecorder::RecordEvent(const std::string& event, const Json& details) {
+  events_.Append(elapsed_s(), event, details);
+}
+
+void RunRecorder::OnBatchStart(const BatchStart& start) {
+  state_.batch = progress_.batch = start.batch;
+  state_.batches = progress_.batch_count = start.batches;
+  state_.evaluation = 0;
+  state_.max_evaluations = start.max_evaluations;
+  state_.loss.reset();
+  state_.best_loss.reset();
+  progress_.state = run_status_t::kLearning;
+  progress_.theta = start.theta;
+  RecordEvent("batch_start", {{"batch", start.batch},
+                              {"batches", start.batches},
+                              {"variations", start.variations},
+                              {"distillation", start.distillation},
+                              {"theta", start.theta}});
+}
+
+void RunRecorder::OnEvaluation(const LearningEvaluation& evaluation) {
+  metrics_.Append(elapsed_s(), evaluation);
+  state_.evaluation = evaluation.evaluation + 1;
+  state_.loss.reset();
+  if (evaluation.value.accepted) {
+    state_.loss = progress_.loss = evaluation.value.loss;
+    progress_.grad_norm = evaluation.value.gradient_norm;
+  }
+  if (std::isfinite(evaluation.best_loss)) state_.best_loss = progress_.best_loss = evaluation.best_loss;
+  ++progress_.iteration;
+  progress_.theta = evaluation.value.theta;
+  PublishProgress();
+}
+
+void RunRecorder::OnBatchBox(const BatchBox& box) {
+  progress_.radius = box.radius;
+  Json names = Json::array();
+  for (const std::size_t i : box.dimensions) names.push_back(plan_.parameter_names[i]);
+  RecordEvent("batch_box", {{"batch", box.batch},
+                            {"dimensions", names},
+                            {"radius", box.radius},
+                            {"restarted", box.restarted},
+                            {"excluded_task", box.excluded_task},
+                            {"excluded_distillation", box.excluded_distillation}});
+}
+
+void RunRecorder::OnBatchEnd(const BatchEnd& end) {
+  RecordEvent("batch_end", {{"batch", end.batch},
+                            {"theta", end.theta},
+                            {"start_loss", MakeNumber(end.start_loss)},
+                            {"best_loss", MakeNumber(end.best_loss)},
+                            {"evaluations", end.evaluations},
+                            {"rejected", end.rejected},
+                            {"stop", GetName(end.stop)}});
+}
+
+void RunRecorder::BeginTest() {
+  state_.phase = ProgressPhase::kTesting;
+  state_.elapsed_s = 0.0;
+  phase_started_us_ = clock_.now_us();
+  test_begin_total_ = service_->answered();
+  progress_.state = run_status_t::kEvaluating;
+  RecordEvent("test", {{"rollouts", plan_.tests}});
+  PublishProgress();
+}
+
+void RunRecorder::FinishTest() {
+  RecordLosses();
+  state_.tested = plan_.tests;
+  progress_.state = run_status_t::kDone;
+  PublishProgress();
+  if (reporter_) reporter_->Finish(state_);
+  session_->set_on_pump({});
+  session_->Finish();
+}
+
+void RunRecorder::Pump() {
+  RecordLosses();
+  PublishProgress();
+}
+
+void RunRecorder::RecordAnswer(const RolloutReport& report) {
+  RolloutRow row;
+  row.time_s = elapsed_s();
+  row.id = FormatHex(report.id);
+  row.kind = state_.phase == ProgressPhase::kTesting ? "test"
+             : report.query->theta_reference.empty() ? "task"
+                                                     : "distillation";
+  row.variation = report.query->variation;
+  row.worker = report.worker;
+  row.attempt = report.attempt;
+  row.loss = report.outcome->loss;
+  row.success = report.outcome->success;
+  row.converged = report.outcome->certificate.converged;
+  row.forward_s = report.outcome->forward_s;
+  row.gradient_s = report.outcome->gradient_s;
+  rollouts_.Append(row);
+}
+
+void RunRecorder::RecordLosses() {
+  const DispatchCounters& counters = session_->dispatcher().counters();
+  const auto note = [this](const char* event, std::int64_t now, std::int64_t before) {
+    if (now != before) RecordEvent(event, {{"count", now - before}, {"total", now}});
+  };
+  note("workers_lost", counters.workers_lost, last_counters_.workers_lost);
+  note("workers_stalled", counters.workers_stalled, last_counters_.workers_stalled);
+  note("requests_reissued", counters.reissued, last_counters_.reissued);
+  note("messages_refused", counters.refused.total(), last_counters_.refused.total());
+  note("workers_restarted", session_->worker_restarts(), last_restarts_);
+  last_counters_ = counters;
+  last_restarts_ = session_->worker_restarts();
+}
+
+double RunRecorder::CalcRunPart() const {
+  const double learning = static_cast<double>(plan_.learning_rollouts);
+  const double share = learning / (learning + plan_.tests);
+  const double part = CalcDonePart(state_);
+  return state_.phase == ProgressPhase::kTesting ? share + (1.0 - share) * part : share * part;
+}
+
+void RunRecorder::PublishProgress() {
+  const Dispatcher& dispatcher = session_->dispatcher();
+  state_.elapsed_s = static_cast<double>(clock_.now_us() - phase_started_us_) * 1e-6;
+  state_.rollouts = service_->answered();
+  if (state_.phase == ProgressPhase::kTesting && state_.tested < plan_.tests) {
+    state_.tested = static_cast<int>(service_->answered() - test_begin_total_);
+  }
+  state_.workers_alive = dispatcher.CountUsableWorkers();
+  state_.retries = dispatcher.counters().reissued;
+  if (reporter_) reporter_->Update(state_);
+
+  progress_.progress = progress_.state == run_status_t::kDone ? 1.0 : CalcRunPart();
+  const double elapsed = elapsed_s();
+  progress_.eta_s = progress_.progress > 0.01 && elapsed > 2.0 ? elapsed / progress_.progress - elapsed : -1.0;
+  session_->dispatcher().SetProgress(progress_);
+}
+
+}  // namespace knap

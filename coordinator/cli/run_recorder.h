@@ -1,0 +1,73 @@
+// Writes down how a run goes while it goes: metrics.csv, rollouts.csv and events.jsonl in its folder, the progress on
+// stderr, run_status_t on LCM.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "coordinator/cli/answer_journal.h"
+#include "coordinator/cli/cluster_session.h"
+#include "coordinator/learning/schedule.h"
+#include "coordinator/progress/progress.h"
+#include "coordinator/run_directory/run_directory.h"
+#include "coordinator/run_directory/run_logs.h"
+#include "lcmtypes/wire/clock.h"
+
+namespace knap {
+
+struct RunPlan {
+  std::string scenario;
+  std::string method;
+  std::vector<std::string> parameter_names;
+  std::int64_t learning_rollouts = 0;  // at most
+  int tests = 0;                       // rollouts of the test that follows
+};
+
+class RunRecorder : public LearningObserver {
+ public:
+  // Takes the session's pump hook and the service's answer hook; both must outlive it. Quiet: nothing on stderr.
+  RunRecorder(const RunPlan& plan, const RunDirectory& run, ClusterSession* session, JournaledService* service,
+              bool quiet);
+  ~RunRecorder() override;
+
+  void OnBatchStart(const BatchStart& start) override;
+  void OnEvaluation(const LearningEvaluation& evaluation) override;
+  void OnBatchBox(const BatchBox& box) override;
+  void OnBatchEnd(const BatchEnd& end) override;
+
+  void BeginTest();
+  // Shows the end of the test, and finishes the session.
+  void FinishTest();
+
+  // A line of events.jsonl.
+  void RecordEvent(const std::string& event, const nlohmann::ordered_json& details);
+
+  double elapsed_s() const;  // since construction
+
+ private:
+  void Pump();
+  void RecordAnswer(const RolloutReport& report);
+  void RecordLosses();  // of workers
+  double CalcRunPart() const;
+  void PublishProgress();
+
+  const RunPlan plan_;
+  SteadyClock clock_;
+  const std::int64_t started_us_;
+  ClusterSession* session_;
+  JournaledService* service_;
+  MetricsLog metrics_;
+  RolloutLog rollouts_;
+  EventLog events_;
+  std::optional<ProgressReporter> reporter_;
+  ProgressState state_;
+  std::int64_t phase_started_us_;
+  std::int64_t test_begin_total_ = 0;
+  RunProgress progress_;
+  DispatchCounters last_counters_;
+  int last_restarts_ = 0;
+};
+
+}  // namespace knap

@@ -1,0 +1,23 @@
+// Which designs a command is to look at, as --theta says it.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "coordinator/learning/problem.h"
+
+namespace knap {
+
+// One theta a design:
+//   initial             the scenario's initial design
+//   learned             what `read_learned` returns
+//   NAME=VALUE,...      the initial design with these parameters changed; lengths with their unit: "left_depth=10 mm"
+//   random:K            K designs, uniform within the bounds, from the stream kRandomThetas of `seed`
+// Values may lie outside the bounds. Throws UsageError naming what is wrong and what is allowed.
+std::vector<std::vector<double>> ChooseThetas(const std::string& text, const ParameterSpec& parameters,
+                                              std::uint64_t seed,
+                                              const std::function<std::vector<double>()>& read_learned);
+
+}  // namespace knap

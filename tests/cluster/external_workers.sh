@@ -1,0 +1,51 @@
+#!/usr/bin/env bash
+# tests/cluster/external_workers.sh KNAP KNAP_WORKER CONFIG
+#
+# Three workers started by hand, `knap learn --external`, one worker killed for good while it learns: the learned theta
+# has the same bits as that of one local worker.
+set -euo pipefail
+knap=$1 knap_worker=$2 config=$3
+folder=$(mktemp -d)
+workers=()
+finish() {
+  for worker in "${workers[@]}"; do kill "$worker" 2>/dev/null || true; done
+  wait 2>/dev/null || true
+  rm -rf -- "$folder"
+}
+trap finish EXIT
+cd -- "$folder"
+
+overrides=("rollout.horizon=2 s" "rollout.step=2 ms" learning.variations=8 learning.batch=4
+  learning.max_evaluations=4 evaluation.variations=6)
+url="udpm://239.255.76.67:$((20000 + $$ % 12000))?ttl=0"
+(umask 077 && head -c 32 /dev/urandom >key)
+for name in first second mortal; do
+  "$knap_worker" --lcm-url "$url" --key key --name "$name" &
+  workers+=($!)
+done
+
+"$knap" learn "$config" "${overrides[@]}" --out reference --workers 1 --quiet
+
+"$knap" learn "$config" "${overrides[@]}" --out external --external --lcm-url "$url" --key key --quiet &
+learning=$!
+# Killed as soon as it has answered something.
+until grep -q ,mortal, external/rollouts.csv 2>/dev/null; do
+  kill -0 "$learning" || { echo "the run ended before the worker 'mortal' answered"; exit 1; }
+  sleep 0.02
+done
+kill -9 "${workers[2]}"
+wait "$learning"
+
+# theta.learned is the one list in result.json with this name.
+read_theta() { sed -n '/"learned": \[/,/\]/p' "$1/result.json"; }
+test -n "$(read_theta reference)"
+if [[ "$(read_theta reference)" != "$(read_theta external)" ]]; then
+  echo "the learned theta differs:"
+  read_theta reference
+  read_theta external
+  exit 1
+fi
+cut -d, -f4 external/rollouts.csv | sort | uniq -c
+grep -q '"event":"workers_lost"' external/events.jsonl
+# The others are free for the next run.
+"$knap" evaluate external --external --lcm-url "$url" --key key --quiet

@@ -1,0 +1,383 @@
+// The program knap from outside: exit codes, files, and the promise of the same bits whoever dies.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "knap/run_status_t.hpp"
+#include "lcmtypes/wire/channels.h"
+#include "lcmtypes/wire/codec.h"
+#include "lcmtypes/wire/lcm_transport.h"
+#include "lcmtypes/wire/multicast.h"
+#include "sim/geometry/mesh_io.h"
+#include "tests/cluster/child_process.h"
+#include "tests/coordinator/temporary_folder.h"
+
+namespace knap {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::MatchesRegex;
+using ::testing::Not;
+using Json = nlohmann::json;
+
+const std::string kConfig = KNAP_SOURCE_DIR "/configs/pushing.yaml";
+
+// Coarse and short: the pea is met and swept aside, a run takes a second.
+std::vector<std::string> MakeArguments(const std::string& out, std::vector<std::string> more) {
+  std::vector<std::string> arguments = {"learn",
+                                        kConfig,
+                                        "rollout.horizon=2 s",
+                                        "rollout.step=4 ms",
+                                        "learning.variations=4",
+                                        "learning.batch=2",
+                                        "learning.max_evaluations=3",
+                                        "evaluation.variations=6",
+                                        "--out",
+                                        out};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+// Slow enough for something to happen meanwhile.
+std::vector<std::string> MakeSlowArguments(const std::string& out, std::vector<std::string> more) {
+  more.insert(more.end(), {"rollout.step=2 ms", "learning.variations=12"});
+  return MakeArguments(out, more);
+}
+
+double ReadClock() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+// The columns of a CSV file without quoted fields.
+std::map<std::string, std::vector<std::string>> ReadCsv(const fs::path& path) {
+  std::istringstream lines(ReadText(path));
+  std::vector<std::string> names;
+  std::map<std::string, std::vector<std::string>> columns;
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream fields(line);
+    std::size_t i = 0;
+    for (std::string field; std::getline(fields, field, ','); ++i) {
+      if (columns.size() <= i && names.size() <= i) {
+        names.push_back(field);
+        columns[field];
+      } else {
+        columns[names.at(i)].push_back(field);
+      }
+    }
+  }
+  return columns;
+}
+
+class LearnTest : public ::testing::Test {
+ protected:
+  struct Ended {
+    int code;
+    std::string out, err;
+  };
+
+  Ended Run(std::vector<std::string> arguments) {
+    ChildProcess knap(KNAP_PROGRAM, std::move(arguments), folder_ / "", "run");
+    const int code = knap.Wait();
+    return {code, knap.ReadOut(), knap.ReadErr()};
+  }
+
+  void RunWell(std::vector<std::string> arguments) {
+    const Ended ended = Run(std::move(arguments));
+    ASSERT_EQ(ended.code, 0) << ended.err;
+  }
+
+  Json ReadResult(const std::string& run) { return Json::parse(ReadText(folder_ / run / "result.json")); }
+
+  // Everything reproducible: theta, the test's figures, and every evaluation, to the last bit.
+  void ExpectSameRun(const std::string& run, const std::string& reference) {
+    const Json a = ReadResult(run), b = ReadResult(reference);
+    EXPECT_EQ(a["theta"], b["theta"]) << run;
+    EXPECT_EQ(a["test"], b["test"]) << run;
+    EXPECT_EQ(a["rollouts"]["distinct"], b["rollouts"]["distinct"]) << run;
+    auto metrics = ReadCsv(folder_ / run / "metrics.csv"),
+         reference_metrics = ReadCsv(folder_ / reference / "metrics.csv");
+    metrics.erase("time_s");
+    reference_metrics.erase("time_s");
+    EXPECT_EQ(metrics, reference_metrics) << run;
+    EXPECT_EQ(ReadText(folder_ / run / "tool/learned.stl"), ReadText(folder_ / reference / "tool/learned.stl")) << run;
+  }
+
+  // Waits until the run has made so many evaluations; false when it ended before.
+  bool WaitForEvaluations(ChildProcess* knap, const std::string& run, std::size_t count) {
+    const double end = ReadClock() + 30.0;
+    while (ReadClock() < end && !knap->HasEnded()) {
+      if (ReadCsv(folder_ / run / "metrics.csv")["loss"].size() >= count) return true;
+      usleep(10'000);
+    }
+    return false;
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(LearnTest, SameBitsForAnyNumberOfWorkers) {
+  RunWell(MakeArguments("one", {"--workers", "1"}));
+  RunWell(MakeArguments("two", {"--workers", "2"}));
+  RunWell(MakeArguments("four", {"--workers", "4"}));
+  ExpectSameRun("two", "one");
+  ExpectSameRun("four", "one");
+  const Json theta = ReadResult("one")["theta"];
+  EXPECT_NE(theta["learned"], theta["initial"]);
+}
+
+TEST_F(LearnTest, KilledWorkersChangeNothing) {
+  RunWell(MakeSlowArguments("calm", {"--workers", "2"}));
+  ChildProcess knap(KNAP_PROGRAM, MakeSlowArguments("stormy", {"--workers", "2"}), folder_ / "", "stormy_log");
+  int kills = 0;
+  std::size_t answers = 0;
+  for (double next = ReadClock() + 0.5; !knap.HasEnded(); usleep(5'000)) {
+    // One answer between two kills lets the run get on however slow this build computes.
+    const std::size_t now = ReadCsv(folder_ / "stormy/rollouts.csv")["id"].size();
+    if (ReadClock() < next || now == answers) continue;
+    next = ReadClock() + 0.3;
+    answers = now;
+    const std::vector<pid_t> workers = knap.ListChildren();
+    if (workers.empty()) continue;
+    kills += kill(workers[static_cast<std::size_t>(kills) % workers.size()], SIGKILL) == 0 ? 1 : 0;
+  }
+  ASSERT_EQ(knap.Wait(), 0) << knap.ReadErr();
+  EXPECT_GE(kills, 3);
+  const std::string events = ReadText(folder_ / "stormy/events.jsonl");
+  EXPECT_THAT(events, AllOf(HasSubstr("workers_lost"), HasSubstr("workers_restarted")));
+  ExpectSameRun("stormy", "calm");
+}
+
+TEST_F(LearnTest, ResumesAfterKillToTheSameBits) {
+  RunWell(MakeSlowArguments("whole", {"--workers", "2"}));
+  {
+    ChildProcess knap(KNAP_PROGRAM, MakeSlowArguments("torn", {"--workers", "2"}), folder_ / "", "torn_log");
+    ASSERT_TRUE(WaitForEvaluations(&knap, "torn", 4)) << knap.ReadErr();
+    knap.Signal(SIGKILL);
+    ASSERT_EQ(knap.Wait(), -SIGKILL);
+  }
+  ASSERT_FALSE(fs::exists(folder_ / "torn/result.json"));
+  RunWell({"learn", "--resume", "torn", "--workers", "1"});
+  ExpectSameRun("torn", "whole");
+  EXPECT_THAT(ReadText(folder_ / "torn/events.jsonl"), MatchesRegex("(.|\n)*\"answers_from_journal\":[1-9](.|\n)*"));
+  // A finished run can be asked again: everything comes from the journal.
+  RunWell({"learn", "--resume", "torn", "--workers", "1"});
+  ExpectSameRun("torn", "whole");
+}
+
+TEST_F(LearnTest, InterruptedRunIsSavedAndGoesOn) {
+  RunWell(MakeSlowArguments("whole", {}));
+  {
+    ChildProcess knap(KNAP_PROGRAM, MakeSlowArguments("broken_off", {}), folder_ / "", "broken_off_log");
+    ASSERT_TRUE(WaitForEvaluations(&knap, "broken_off", 3)) << knap.ReadErr();
+    const std::vector<pid_t> workers = knap.ListChildren();
+    EXPECT_FALSE(workers.empty());
+    knap.Signal(SIGINT);
+    EXPECT_EQ(knap.Wait(), 130);
+    EXPECT_THAT(knap.ReadErr(), HasSubstr("knap learn --resume broken_off"));
+    for (const pid_t worker : workers) EXPECT_NE(kill(worker, 0), 0) << "worker " << worker << " still runs";
+  }
+  RunWell({"learn", "--resume", "broken_off"});
+  ExpectSameRun("broken_off", "whole");
+}
+
+TEST_F(LearnTest, WritesTheWholeRunDirectory) {
+  std::vector<std::string> arguments = MakeArguments("", {"--json"});
+  arguments.erase(std::find(arguments.begin(), arguments.end(), "--out"), arguments.end() - 1);
+  const Ended ended = Run(arguments);
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const fs::path run = folder_ / "runs/latest";
+  EXPECT_THAT(fs::read_symlink(run).string(), MatchesRegex("pushing-[0-9]{8}T[0-9]{6}Z"));
+  for (const char* name : {"run.json", "journal", "rollouts.csv", "events.jsonl", "picture.svg"}) {
+    EXPECT_GT(fs::file_size(run / name), 0u) << name;
+  }
+  const Json result = Json::parse(ReadText(run / "result.json"));
+  EXPECT_EQ(Json::parse(ended.out), result);  // one document and nothing else
+  EXPECT_EQ(result["schema"], 1);
+  EXPECT_EQ(result["scenario"], "pushing");
+  EXPECT_EQ(result["method"], "ours");
+  EXPECT_EQ(result["seed"], 0);
+  for (const char* name : {"names", "lower", "upper", "initial", "learned"}) {
+    EXPECT_EQ(result["theta"][name].size(), 7u) << name;
+  }
+  EXPECT_EQ(result["test"]["variations"], 6);
+  for (const char* design : {"initial", "learned"}) {
+    for (const char* figure : {"loss_mean", "loss_std", "success_rate"}) {
+      EXPECT_TRUE(result["test"][design][figure].is_number()) << design << " " << figure;
+    }
+  }
+  EXPECT_GT(result["rollouts"]["total"], 12);
+  EXPECT_EQ(result["rollouts"]["distinct"], ReadCsv(run / "rollouts.csv")["id"].size());
+  EXPECT_GT(result["wall_s"], 0.0);
+
+  const std::vector<std::string> times = ReadCsv(run / "metrics.csv")["time_s"];
+  ASSERT_GE(times.size(), 4u);
+  for (std::size_t i = 1; i < times.size(); ++i) EXPECT_LT(std::stod(times[i - 1]), std::stod(times[i]));
+
+  for (const char* name : {"tool/initial.stl", "tool/learned.stl"}) {
+    const TriangleMesh mesh = ReadMesh(name, ReadText(run / name), 1e-3);
+    EXPECT_EQ(FindDefects(mesh).Describe(), "") << name;
+    const Eigen::Vector3d size = CalcBoundingBox(mesh).sizes();
+    EXPECT_GT(size.x(), 0.05) << name;  // a tool that fits a hand, if the unit is right
+    EXPECT_LE(size.x(), 0.12 + 1e-6) << name;
+  }
+  EXPECT_NE(ReadText(run / "tool/initial.stl"), ReadText(run / "tool/learned.stl"));
+  EXPECT_THAT(ReadText(run / "picture.svg"), AllOf(HasSubstr("<svg"), HasSubstr("of 6 succeed"), HasSubstr("50 mm")));
+
+  // The run's own configuration runs, and is the same problem.
+  RunWell({"learn", "runs/latest/config.yaml", "--out", "again", "--quiet"});
+  EXPECT_EQ(ReadResult("again")["theta"], result["theta"]);
+  // And the run can be evaluated: the same figures on the same variations.
+  const Ended evaluated = Run({"evaluate", "runs/latest", "--json", "--quiet"});
+  ASSERT_EQ(evaluated.code, 0) << evaluated.err;
+  EXPECT_EQ(evaluated.err, "");
+  const Json test = Json::parse(evaluated.out)["designs"][0]["test"];
+  EXPECT_EQ(test["success_rate"], result["test"]["learned"]["success_rate"]);
+  EXPECT_EQ(test["loss_mean"], result["test"]["learned"]["loss_mean"]);
+}
+
+// What lcm-spy shows: at least one status a second, from the first to the last state.
+TEST_F(LearnTest, PublishesItsProgressOnLcm) {
+  const RunKey key = RunKey::MakeRandom();
+  key.WriteFile(folder_ / "key");
+  const std::string url = MakeFreeLcmUrl();
+  const SteadyClock clock;
+  LcmTransport transport(url, {std::string(kRunStatusChannel)}, &clock);
+  ChildProcess knap(KNAP_PROGRAM, MakeSlowArguments("run", {"--lcm-url", url, "--key", "key"}), folder_ / "", "log");
+  std::vector<run_status_t> heard;
+  std::vector<std::int64_t> arrivals_us;
+  bool ended = false;
+  while (!ended) {
+    ended = knap.HasEnded();  // before the last look
+    while (const auto message = transport.Receive(50'000)) {
+      RefusalCounters refused;
+      const auto status = Open<run_status_t>(message->bytes, key, &refused);
+      ASSERT_TRUE(status.has_value());
+      heard.push_back(*status);
+      arrivals_us.push_back(message->arrival_us);
+    }
+  }
+  ASSERT_EQ(knap.Wait(), 0) << knap.ReadErr();
+  ASSERT_GE(heard.size(), 3u);
+  for (std::size_t i = 1; i < heard.size(); ++i) {
+    EXPECT_LT(arrivals_us[i] - arrivals_us[i - 1], 1'000'000);
+    EXPECT_GE(heard[i].progress, heard[i - 1].progress);
+    EXPECT_GE(heard[i].state, heard[i - 1].state);
+  }
+  EXPECT_EQ(heard.back().state, run_status_t::kDone);
+  EXPECT_EQ(heard.back().progress, 1.0);
+  EXPECT_EQ(heard.back().theta.size(), 7u);
+  EXPECT_EQ(heard.back().scenario, "pushing");
+  EXPECT_EQ(static_cast<std::size_t>(heard.back().iteration), ReadCsv(folder_ / "run/metrics.csv")["loss"].size());
+}
+
+TEST_F(LearnTest, MethodAndSeedReachTheRun) {
+  RunWell(MakeArguments("other", {"--method", "simple_continual", "--seed", "7"}));
+  const Json result = ReadResult("other");
+  EXPECT_EQ(result["method"], "simple_continual");
+  EXPECT_EQ(result["seed"], 7);
+  EXPECT_THAT(ReadText(folder_ / "other/config.yaml"), HasSubstr("simple_continual"));
+  for (const std::string& kind : ReadCsv(folder_ / "other/rollouts.csv")["kind"]) EXPECT_NE(kind, "distillation");
+}
+
+TEST_F(LearnTest, EvaluateTakesDesignsByName) {
+  const std::vector<std::string> quick = {
+      "evaluate", kConfig, "--set", "rollout.horizon=2 s", "--set", "rollout.step=4 ms", "--variations", "3", "--json"};
+  const auto evaluate = [&](const std::string& theta) {
+    std::vector<std::string> arguments = quick;
+    arguments.insert(arguments.end(), {"--theta", theta});
+    const Ended ended = Run(arguments);
+    EXPECT_EQ(ended.code, 0) << ended.err;
+    return Json::parse(ended.out);
+  };
+  const Json initial = evaluate("initial");
+  EXPECT_EQ(evaluate("middle_width=44 mm"), initial);
+  const Json other = evaluate("middle_width=5 cm,left_depth=10 mm");
+  EXPECT_EQ(other["designs"][0]["theta"]["middle_width"], 0.05);
+  EXPECT_NE(other["designs"][0]["test"]["loss_mean"], initial["designs"][0]["test"]["loss_mean"]);
+  const Json random = evaluate("random:3");
+  ASSERT_EQ(random["designs"].size(), 3u);
+  std::vector<double> rates;
+  for (const Json& design : random["designs"]) rates.push_back(design["test"]["success_rate"]);
+  std::sort(rates.begin(), rates.end());
+  EXPECT_EQ(random["median_success_rate"], rates[1]);
+}
+
+TEST_F(LearnTest, BadUsageExitsWithTwo) {
+  const std::vector<std::vector<std::string>> lines = {
+      {},
+      {"nonsense"},
+      {"learn"},
+      {"learn", kConfig, "--nonsense"},
+      {"learn", kConfig, "--workers", "0"},
+      {"learn", kConfig, "--workers", "2", "--external"},
+      {"learn", kConfig, "--resume", "run"},
+      {"learn", "--resume", "nowhere", "--seed", "1"},
+      {"learn", "--resume", "nowhere"},
+      {"learn", kConfig, "--out", "/proc/self"},
+      {"learn", "nowhere.yaml"},
+      {"learn", kConfig, "--method", "best"},
+      {"learn", kConfig, "learning.optimizer=LD_MAGIC"},
+      {"learn", kConfig, "--lcm-url", "udpm://1.2.3.4:5"},
+      {"evaluate"},
+      {"evaluate", "."},
+      {"evaluate", kConfig, "--theta", "learned"},
+      {"evaluate", kConfig, "--theta", "width=1 mm"},
+      {"evaluate", kConfig, "--theta", "middle_width=44"},
+      {"evaluate", kConfig, "--theta", "random:0"},
+  };
+  for (const std::vector<std::string>& line : lines) {
+    const Ended ended = Run(line);
+    EXPECT_EQ(ended.code, 2) << fmt::format("{}", fmt::join(line, " ")) << ": " << ended.err;
+    EXPECT_EQ(ended.out, "");
+    EXPECT_THAT(ended.err, Not(HasSubstr("terminate"))) << fmt::format("{}", fmt::join(line, " "));
+    EXPECT_GT(ended.err.size(), 10u);
+  }
+  const Ended wrong = Run({"learn", kConfig, "bodies.pea.shape.radius=10", "rollout.step=-1 s"});
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_THAT(wrong.err, AllOf(HasSubstr("bodies.pea.shape.radius"), HasSubstr("rollout.step")));
+  EXPECT_EQ(Run({"--help"}).code, 0);
+  EXPECT_EQ(Run({"--version"}).code, 0);
+}
+
+TEST_F(LearnTest, DryRunTouchesNothing) {
+  const Ended ended = Run({"learn", kConfig, "--dry-run", "--workers", "3"});
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  EXPECT_THAT(ended.out, AllOf(HasSubstr("middle_width"), HasSubstr("20 batches of 5"), HasSubstr("2925")));
+  EXPECT_FALSE(fs::exists(folder_ / "runs"));
+}
+
+TEST_F(LearnTest, NoWorkersExitsWithFour) {
+  const Ended ended =
+      Run(MakeArguments("lonely", {"--external", "--wait", "0.5", "--lcm-url",
+                                   fmt::format("udpm://239.255.76.67:{}?ttl=0", 20000 + getpid() % 12000)}));
+  EXPECT_EQ(ended.code, 4);
+  EXPECT_THAT(ended.err, HasSubstr("no worker"));
+}
+
+TEST_F(LearnTest, OtherConfigurationIsNotResumed) {
+  RunWell(MakeArguments("run", {}));
+  std::string config = ReadText(folder_ / "run/config.yaml");
+  const std::size_t place = config.find("alpha: 0.1");
+  ASSERT_NE(place, std::string::npos);
+  config.replace(place, 10, "alpha: 0.2");
+  WriteFile(folder_ / "run/config.yaml", config);
+  const Ended ended = Run({"learn", "--resume", "run"});
+  EXPECT_NE(ended.code, 0);
+  EXPECT_THAT(ended.err, HasSubstr("journal"));
+}
+
+}  // namespace
+}  // namespace knap
