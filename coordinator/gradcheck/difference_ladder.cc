@@ -7,8 +7,8 @@
 namespace knap {
 namespace {
 
-// Where the first window lies: 10^(−4.5), 10^(−5), 10^(−5.5). Rollouts of thousands of steps have the plateau there.
-constexpr int kFirstMiddle = 4;
+// The first window: 10^(−5.5), 10^(−6), 10^(−6.5).
+constexpr int kFirstMiddle = kLadderSteps / 2;
 
 double CalcError(double difference, double derivative) {
   const double error = std::abs(difference - derivative);

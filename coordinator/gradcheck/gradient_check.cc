@@ -15,9 +15,6 @@
 namespace knap {
 namespace {
 
-// Many enough to keep the workers of a cluster busy, few enough to tell of progress.
-constexpr std::size_t kQueriesPerCall = 512;
-
 bool HasNumbers(const RolloutOutcome& outcome) {
   return std::isfinite(outcome.loss) &&
          std::all_of(outcome.gradient.begin(), outcome.gradient.end(), [](double g) { return std::isfinite(g); });
@@ -197,20 +194,13 @@ class GradientChecker {
     }
   }
 
+  // A round in one call: it keeps any number of workers busy.
   std::vector<RolloutOutcome> Ask(std::span<const RolloutQuery> queries) {
-    std::vector<RolloutOutcome> outcomes;
-    outcomes.reserve(queries.size());
-    while (outcomes.size() < queries.size()) {
-      const std::size_t count = std::min(kQueriesPerCall, queries.size() - outcomes.size());
-      for (RolloutOutcome& outcome : EvaluateAll(service_, queries.subspan(outcomes.size(), count))) {
-        outcomes.push_back(std::move(outcome));
-      }
-      report_.evaluated += static_cast<std::int64_t>(count);
-      if (progress_) {
-        progress_({report_.checked(), report_.checked() - static_cast<int>(open_.size()), report_.evaluated});
-      }
+    report_.evaluated += static_cast<std::int64_t>(queries.size());
+    if (progress_) {
+      progress_({report_.checked(), report_.checked() - static_cast<int>(open_.size()), report_.evaluated});
     }
-    return outcomes;
+    return EvaluateAll(service_, queries);
   }
 
   const ParameterSpec& parameters_;
@@ -236,6 +226,11 @@ GradientCheckReport CheckGradients(const Problem& problem, const GradientCheckOp
     throw std::invalid_argument(fmt::format("tolerance: {}; expected more than 0", options.tolerance));
   }
   return GradientChecker(problem, options, service, progress).Check();
+}
+
+std::int64_t CalcLeastRollouts(const Problem& problem, const GradientCheckOptions& options) {
+  const auto d = static_cast<std::int64_t>(problem.parameters.names.size());
+  return options.rollouts * (1 + 2 * kWindow * d);
 }
 
 std::vector<std::string> ListFailures(const GradientCheckReport& report, const GradientCheckOptions& options) {

@@ -63,16 +63,20 @@ struct GradientCheckReport {
   int checked() const { return static_cast<int>(rollouts.size()); }
 };
 
+// At the start of a round.
 struct GradientCheckProgress {
-  int drawn = 0;               // rollouts with a gradient so far
-  int settled = 0;             // of these: compared
-  std::int64_t evaluated = 0;  // rollouts run so far
+  int drawn = 0;           // rollouts with a gradient so far
+  int settled = 0;         // of these: compared
+  std::int64_t asked = 0;  // rollouts asked for, this round included
 };
 
 // A pure function of its first two arguments and the service's answers. Throws what the service throws, and
 // std::invalid_argument when an option is out of range or the problem is not valid (CheckProblem).
 GradientCheckReport CheckGradients(const Problem& problem, const GradientCheckOptions& options, RolloutService& service,
                                    const std::function<void(const GradientCheckProgress&)>& progress);
+
+// Rollouts that the check asks for when no gradient is zero and the first steps of every parameter agree.
+std::int64_t CalcLeastRollouts(const Problem& problem, const GradientCheckOptions& options);
 
 // Why the check has not passed, one line each; none when it has: enough rollouts were found, at least 95% agree, at
 // most 5% are flagged and every other one agrees.

@@ -5,7 +5,7 @@
 
 namespace knap {
 
-// Markdown: a heading and a table a section of the file, with every key, its type or unit, what is allowed, its default
+// A page of Markdown: what the format is, then a heading and a table a section of the file, with every key, its type or unit, what is allowed, its default
 // and its meaning. Alternatives are headed by their `type`.
 std::string DescribeSceneFormat();
 

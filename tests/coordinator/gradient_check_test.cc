@@ -66,9 +66,10 @@ TEST_F(GradientCheck, ExactGradientsPass) {
   EXPECT_EQ(report.agreed, 20);
   EXPECT_EQ(report.draws, 20);
   EXPECT_THAT(ListFailures(report, options_), IsEmpty());
-  // h²·L'''/6 with h = 10^-4.5 of a range of 2 and L''' = 27 is 2e-8; the first window decides.
+  // The first window decides: truncation of at most h²·L'''/6 = 2e-10 with h = 10^-5.5 of a range of 2 and L''' = 27,
+  // and rounding of about 2e-16·L/h = 1e-10 with h = 10^-6.5. Both relative to gradients that may be as small as 0.1.
   EXPECT_GT(report.max_rel_error, 0.0);
-  EXPECT_LT(report.max_rel_error, 1e-6);
+  EXPECT_LT(report.max_rel_error, 1e-8);
   EXPECT_EQ(report.evaluated, 20 + 20 * 2 * 3 * 2);
   EXPECT_LE(service_.calls, 2) << "all workers busy: one call a round";
   for (const CheckedRollout& rollout : report.rollouts) {
@@ -235,17 +236,17 @@ TEST_F(GradientCheck, RefusesOptionsOutOfRange) {
 
 TEST(DifferenceLadder, FindsTheWindowWithTheLeastError) {
   DifferenceLadder ladder;
-  EXPECT_THAT(ladder.ListNextSteps(), ElementsAre(3, 4, 5));
-  for (const int k : {3, 4, 5}) ladder.Set(k, 1.0 + std::pow(0.1, k));
-  EXPECT_THAT(ladder.ListNextSteps(), ElementsAre(2, 6));
-  EXPECT_EQ(ladder.FindBestWindow(1.0, 1e-4).plateau_steps, 0) << "two steps agree; three are needed";
-  ladder.Set(2, 2.0);
-  ladder.Set(6, 1.0);
-  const DifferenceLadder::Window window = ladder.FindBestWindow(1.0, 2e-4);
-  EXPECT_EQ(window.middle, 5);
-  EXPECT_NEAR(window.error, 1e-4, 1e-12);
+  EXPECT_THAT(ladder.ListNextSteps(), ElementsAre(5, 6, 7));
+  for (const int k : {5, 6, 7}) ladder.Set(k, 1.0 + std::pow(0.1, k));
+  EXPECT_THAT(ladder.ListNextSteps(), ElementsAre(4, 8));
+  EXPECT_EQ(ladder.FindBestWindow(1.0, 2e-6).plateau_steps, 0) << "two steps agree; three are needed";
+  ladder.Set(4, 2.0);
+  ladder.Set(8, 1.0);
+  const DifferenceLadder::Window window = ladder.FindBestWindow(1.0, 2e-6);
+  EXPECT_EQ(window.middle, 7);
+  EXPECT_NEAR(window.error, 1e-6, 1e-14);
   EXPECT_EQ(window.plateau_steps, 3);
-  EXPECT_EQ(ladder.FindBestWindow(1.0, 2e-3).plateau_steps, 4);
+  EXPECT_EQ(ladder.FindBestWindow(1.0, 2e-5).plateau_steps, 4);
 }
 
 }  // namespace
