@@ -49,6 +49,10 @@ std::vector<double> ParseTheta(const std::string& text, const std::string& optio
   if (text == "initial") return theta;
   const std::vector<std::string> parts = Split(text);
   if (text.find('=') == std::string::npos) {
+    if (!ParseQuantity(parts.front())) {
+      throw UsageError(
+          fmt::format("{}: '{}': expected initial, NAME=VALUE,… or all {} values", option, text, names.size()));
+    }
     CheckCount(parts.size(), names.size(), "design parameters", option);
     for (std::size_t i = 0; i < parts.size(); ++i) {
       theta[i] = ParseValue(parts[i], kLength, fmt::format("{}: {}", option, names[i]));
@@ -58,6 +62,7 @@ std::vector<double> ParseTheta(const std::string& text, const std::string& optio
   std::vector<bool> given(names.size(), false);
   for (const std::string& part : parts) {
     const std::size_t equals = part.find('=');
+    if (equals == std::string::npos) throw UsageError(fmt::format("{}: '{}': expected NAME=VALUE", option, part));
     const std::string name = part.substr(0, equals);
     const auto found = std::find(names.begin(), names.end(), name);
     if (found == names.end()) {
@@ -67,10 +72,15 @@ std::vector<double> ParseTheta(const std::string& text, const std::string& optio
                                                    : fmt::format("did you mean {}?", nearest)));
     }
     const auto i = static_cast<std::size_t>(found - names.begin());
-    if (equals == std::string::npos) throw UsageError(fmt::format("{}: expected {}=VALUE", option, name));
     if (given[i]) throw UsageError(fmt::format("{}: {} is given twice", option, name));
     given[i] = true;
-    theta[i] = ParseValue(part.substr(equals + 1), kLength, fmt::format("{}: {}", option, name));
+    // A person writes this: as in files, 30 must not stand for metres unnoticed.
+    const std::string value = part.substr(equals + 1);
+    const auto quantity = ParseQuantity(value);
+    if (!quantity || quantity->dimension != kLength) {
+      throw UsageError(fmt::format("{}: {}: value '{}': expected {}", option, name, value, DescribeQuantity(kLength)));
+    }
+    theta[i] = quantity->value;
   }
   return theta;
 }

@@ -9,9 +9,9 @@
 
 namespace knap {
 
-// One design: "initial"; "NAME=VALUE,…", the others at their initial value; or all d values, "v1,v2,…". A value is a
-// number in m or has its unit: "0.044", "44 mm"; it may lie outside the bounds. Throws UsageError that begins with
-// `option` for an unknown or repeated name, a wrong number of values and what is no length.
+// One design: "initial"; "NAME=VALUE,…" with units, the others at their initial value, "depth=10 mm"; or all d values,
+// "v1,v2,…", in m or with units. It may lie outside the bounds. Throws UsageError that begins with `option` for an
+// unknown or repeated name, a wrong number of values and what is no length.
 std::vector<double> ParseTheta(const std::string& text, const std::string& option, const ParameterSpec& parameters);
 
 // Values for the scene's varied keys in their order, "v1,v2,…", each an SI number or with its unit. Throws

@@ -35,7 +35,7 @@ std::string FindUsageError(const Function& function) {
 TEST(ParseTheta, TakesNamesListsAndUnits) {
   EXPECT_THAT(Parse("initial"), ElementsAre(0.044, 0.0));
   EXPECT_THAT(Parse("depth=10 mm"), ElementsAre(0.044, 0.01));
-  EXPECT_THAT(Parse("depth=0.01,width=2 cm"), ElementsAre(0.02, 0.01));
+  EXPECT_THAT(Parse("depth=0.01 m,width=2 cm"), ElementsAre(0.02, 0.01));
   EXPECT_THAT(Parse("0.05,-3 mm"), ElementsAre(0.05, -0.003));
   EXPECT_THAT(Parse("1,1"), ElementsAre(1.0, 1.0)) << "out of bounds is allowed";
 }
@@ -43,10 +43,12 @@ TEST(ParseTheta, TakesNamesListsAndUnits) {
 TEST(ParseTheta, NamesWhatIsWrong) {
   const auto error = [](const std::string& text) { return FindUsageError([&] { Parse(text); }); };
   EXPECT_EQ(error("widht=1 mm"), "--theta: no parameter 'widht'; did you mean width?");
-  EXPECT_EQ(error("x=1"), "--theta: no parameter 'x'; there are width, depth");
-  EXPECT_EQ(error("width=1,width=2"), "--theta: width is given twice");
-  EXPECT_EQ(error("width=1,depth"), "--theta: expected depth=VALUE");
-  EXPECT_EQ(error("width=1 kg"), "--theta: width: value '1 kg': expected a number in m or with its unit");
+  EXPECT_EQ(error("x=1 m"), "--theta: no parameter 'x'; there are width, depth");
+  EXPECT_EQ(error("width=1 m,width=2 m"), "--theta: width is given twice");
+  EXPECT_EQ(error("width=1 m,depth"), "--theta: 'depth': expected NAME=VALUE");
+  EXPECT_EQ(error("width=1 kg"), "--theta: width: value '1 kg': expected a length with its unit, such as '10 mm'");
+  EXPECT_EQ(error("width=30"), "--theta: width: value '30': expected a length with its unit, such as '10 mm'");
+  EXPECT_EQ(error("best"), "--theta: 'best': expected initial, NAME=VALUE,… or all 2 values");
   EXPECT_EQ(error("1"), "--theta: 1 values; the scenario has 2 design parameters");
   EXPECT_EQ(error("1,"), "--theta: depth: value '': expected a number in m or with its unit");
   EXPECT_EQ(error("1,nan"), "--theta: depth: value 'nan': expected a number in m or with its unit");
