@@ -13,6 +13,7 @@
 #include "coordinator/cli/problem_from_scene.h"
 #include "coordinator/run_directory/durable_file.h"
 #include "lcmtypes/wire/content_id.h"
+#include "sim/rollout/check_model.h"
 
 namespace knap {
 namespace {
@@ -49,6 +50,7 @@ RunDirectory CreateRun(const fs::path& path) {
 
 LoadedScenario LoadValidScenario(const fs::path& config, std::span<const std::string> overrides) {
   LoadedScenario scenario = LoadScenario(config, overrides);
+  CheckModel(scenario);
   if (!scenario.parsed.ok()) {
     std::string errors = scenario.parsed.FormatErrors();
     while (!errors.empty() && errors.back() == '\n') errors.pop_back();

@@ -4,7 +4,10 @@
 
 #include "coordinator/cli/evaluate_command.h"
 #include "coordinator/cli/exit_codes.h"
+#include "coordinator/cli/gradcheck_command.h"
 #include "coordinator/cli/learn_command.h"
+#include "coordinator/cli/rollout_command.h"
+#include "coordinator/cli/validate_command.h"
 
 int main(int argc, char** argv) {
   CLI::App app("Learns the shape of a robot's tool on a cluster of differentiable simulators.", "knap");
@@ -13,6 +16,9 @@ int main(int argc, char** argv) {
   std::function<int()> command;
   knap::AddLearnCommand(&app, &command);
   knap::AddEvaluateCommand(&app, &command);
+  knap::AddGradcheckCommand(&app, &command);
+  knap::AddRolloutCommand(&app, &command);
+  knap::AddValidateCommand(&app, &command);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -11,10 +11,9 @@
 namespace knap {
 
 // One theta a design:
-//   initial             the scenario's initial design
 //   learned             what `read_learned` returns
-//   NAME=VALUE,...      the initial design with these parameters changed; lengths with their unit: "left_depth=10 mm"
 //   random:K            K designs, uniform within the bounds, from the stream kRandomThetas of `seed`
+//   else                one design, see ParseTheta
 // Values may lie outside the bounds. Throws UsageError naming what is wrong and what is allowed.
 std::vector<std::vector<double>> ChooseThetas(const std::string& text, const ParameterSpec& parameters,
                                               std::uint64_t seed,

@@ -184,7 +184,16 @@ std::string DescribeSceneFormat() {
   }
   TableCollector collector;
   VisitFields(collector, scene);
-  std::string text;
+  std::string text =
+      "# Scenario files\n\n"
+      "The reference of the format, written by `knap validate --describe`. A scenario is one YAML file of maps, lists "
+      "and\n"
+      "scalars; `configs/pushing.yaml` is an example. Quantities carry their unit, such as `10 mm` or `-9.81 m/s^2`, "
+      "and\n"
+      "units combine names with `*`, `/` and integer powers; angles are in `rad` or `deg`. Names of files are relative "
+      "to\n"
+      "the scenario's folder. `knap validate FILE` reports everything that is wrong in a file, with line and "
+      "column.\n\n";
   for (const Table& table : collector.TakeTables()) {
     text += fmt::format("## {}\n\n| key | value | if left out | meaning |\n|---|---|---|---|\n", table.title);
     for (const Row& row : table.rows) {
@@ -192,6 +201,7 @@ std::string DescribeSceneFormat() {
     }
     text += '\n';
   }
+  text.pop_back();
   return text;
 }
 

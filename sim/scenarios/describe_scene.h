@@ -5,8 +5,8 @@
 
 namespace knap {
 
-// Markdown: a heading and a table a section of the file, with every key, its type or unit, what is allowed, its default
-// and its meaning. Alternatives are headed by their `type`.
+// A page of Markdown: what the format is, then a heading and a table a section of the file, with every key, its type or
+// unit, what is allowed, its default and its meaning. Alternatives are headed by their `type`.
 std::string DescribeSceneFormat();
 
 }  // namespace knap

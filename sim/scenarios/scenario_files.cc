@@ -51,14 +51,11 @@ LoadedScenario LoadScenario(const std::filesystem::path& config, std::span<const
     if (!file.error.empty()) {
       loaded.parsed.log.Report(reference.field,
                                fmt::format("the file {} cannot be read: {}", path.string(), file.error));
+      continue;
     }
     loaded.files[reference.path] = std::move(file.bytes);
   }
-  if (loaded.parsed.ok()) {
-    loaded.files[kScenarioFileName] = DumpScene(loaded.parsed.scene);
-  } else {
-    loaded.files.clear();
-  }
+  if (loaded.parsed.ok()) loaded.files[kScenarioFileName] = DumpScene(loaded.parsed.scene);
   return loaded;
 }
 

@@ -14,8 +14,8 @@ namespace knap {
 
 struct LoadedScenario {
   ParseResult parsed;
-  // kScenarioFileName → DumpScene's text, overrides included; each file's path as written → its bytes. Empty unless
-  // parsed.ok().
+  // Each file's path as written → its bytes, as far as it could be read; when parsed.ok() also kScenarioFileName →
+  // DumpScene's text, overrides included.
   std::map<std::string, std::string> files;
 };
 

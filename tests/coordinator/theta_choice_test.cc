@@ -46,7 +46,7 @@ TEST(ThetaChoiceTest, ErrorsSayWhatIsAllowed) {
     }
   };
   expect_error("best", "NAME=VALUE");
-  expect_error("height=1 mm", "width, depth");
+  expect_error("height=1 mm", "no parameter 'height'");
   expect_error("width=30", "length");
   expect_error("width=30 kg", "length");
   expect_error("width=30 mm,", "NAME=VALUE");

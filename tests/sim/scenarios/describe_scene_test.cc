@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <sstream>
+
 #include "sim/scenarios/dump_scene.h"
 #include "sim/scenarios/parse_scene.h"
 #include "tests/sim/scenarios/sample_scenes.h"
@@ -20,6 +23,14 @@ TEST(DescribeSceneFormat, TellsUnitsRangesAndDefaults) {
   EXPECT_THAT(text, HasSubstr("| `gravity` | list of 3: number in m/s^2 | [0 m/s^2, 0 m/s^2, -9.81 m/s^2] |"));
   EXPECT_THAT(text, HasSubstr("## `bodies[].initial`: state of a ball joint at time 0\n"));
   EXPECT_THAT(text, HasSubstr("| `integrator` | one of bdf1, bdf2 | bdf2 |"));
+}
+
+// docs/scenario.md is what `knap validate --describe` prints.
+TEST(DescribeSceneFormat, IsTheCommittedPage) {
+  std::ifstream file(KNAP_DOCS "/scenario.md");
+  std::stringstream page;
+  page << file.rdbuf();
+  EXPECT_EQ(page.str(), DescribeSceneFormat()) << "write it anew: knap validate --describe > docs/scenario.md";
 }
 
 // Whatever a file can hold is described: every key of the fullest sample appears in some table.

@@ -1,0 +1,92 @@
+#include "coordinator/cli/gradcheck_command.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "coordinator/cli/cluster_flags.h"
+#include "coordinator/cli/cluster_session.h"
+#include "coordinator/cli/exit_codes.h"
+#include "coordinator/cli/loaded_run.h"
+#include "coordinator/cli/problem_from_scene.h"
+#include "coordinator/cli/rollout_arguments.h"
+#include "coordinator/gradcheck/gradient_check.h"
+#include "coordinator/gradcheck/gradient_check_report.h"
+#include "coordinator/progress/progress.h"
+
+namespace knap {
+namespace {
+
+struct GradcheckFlags {
+  std::string config;
+  std::vector<std::string> overrides;
+  GradientCheckOptions check;
+  ClusterOptions cluster;
+  bool json = false;
+};
+
+int RunGradcheck(const GradcheckFlags& flags) {
+  const LoadedScenario scenario = LoadValidScenario(flags.config, flags.overrides);
+  const Problem problem = MakeProblem(scenario.parsed.scene);
+  ClusterSession session(flags.cluster, scenario.files);
+
+  ProgressReporter reporter(std::cerr, DetectTerminal(STDERR_FILENO));
+  ProgressState state;
+  state.title = scenario.parsed.scene.name + " gradient check";
+  state.phase = ProgressPhase::kTesting;
+  state.workers_wanted = session.workers_wanted();
+  const auto begin = std::chrono::steady_clock::now();
+  std::int64_t asked = 0;
+  const auto refresh = [&] {
+    const DispatchCounters& counters = session.dispatcher().counters();
+    state.elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    state.rollouts = counters.computed;
+    state.tested = static_cast<int>(counters.computed);
+    state.tests = static_cast<int>(std::max(asked, CalcLeastRollouts(problem, flags.check)));
+    state.workers_alive = session.dispatcher().CountUsableWorkers();
+    state.retries = counters.reissued;
+  };
+  session.set_on_pump([&] {
+    refresh();
+    reporter.Update(state);
+  });
+  const GradientCheckReport report =
+      CheckGradients(problem, flags.check, session.service(), [&](const GradientCheckProgress& p) { asked = p.asked; });
+  refresh();
+  reporter.Finish(state);
+
+  if (flags.json) {
+    fmt::print("{}\n", MakeGradientCheckJson(report, problem, flags.check).dump(2));
+  } else {
+    std::string command = "knap rollout " + QuoteForShell(flags.config);
+    for (const std::string& change : flags.overrides) command += " " + QuoteForShell(change);
+    fmt::print("{}", FormatGradientCheck(report, problem, flags.check, command));
+  }
+  return ListFailures(report, flags.check).empty() ? kExitDone : kExitFailed;
+}
+
+}  // namespace
+
+void AddGradcheckCommand(CLI::App* app, std::function<int()>* command) {
+  const auto flags = std::make_shared<GradcheckFlags>();
+  CLI::App* gradcheck = app->add_subcommand("gradcheck", "compare rollout gradients with central differences");
+  gradcheck->add_option("config", flags->config, "scenario file")->required();
+  gradcheck->add_option("overrides", flags->overrides, "changes to it, a.b=c");
+  gradcheck
+      ->add_option("--rollouts", flags->check.rollouts, "rollouts with a non-zero gradient to check (default: 100)")
+      ->check(CLI::Range(1, 1000000));
+  gradcheck->add_option("--seed", flags->check.seed, "of the variations and designs (default: 0)");
+  gradcheck->add_option("--tolerance", flags->check.tolerance, "relative to the largest component (default: 1e-5)")
+      ->check(CLI::PositiveNumber);
+  gradcheck->add_flag("--json", flags->json, "one JSON document on stdout");
+  AddClusterFlags(gradcheck, &flags->cluster);
+  gradcheck->callback([flags, command] { *command = [flags] { return RunGradcheck(*flags); }; });
+}
+
+}  // namespace knap

@@ -1,0 +1,28 @@
+// Designs and variations as they are written on the command line.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "coordinator/learning/problem.h"
+#include "sim/scenarios/scene.h"
+
+namespace knap {
+
+// One design: "initial"; "NAME=VALUE,…" with units, the others at their initial value, "depth=10 mm"; or all d values,
+// "v1,v2,…", in m or with units. It may lie outside the bounds. Throws UsageError that begins with `option` for an
+// unknown or repeated name, a wrong number of values and what is no length.
+std::vector<double> ParseTheta(const std::string& text, const std::string& option, const ParameterSpec& parameters);
+
+// Values for the scene's varied keys in their order, "v1,v2,…", each an SI number or with its unit. Throws
+// UsageError that begins with `option` for a wrong number of values, what is none of the key's, and values
+// that the key does not allow.
+std::vector<double> ParseVariationValues(const std::string& text, const std::string& option, Scene scene);
+
+// What the file itself gives for the varied keys.
+std::vector<double> ReadNominalVariation(Scene scene);
+
+// `text` as one word of a shell's command line.
+std::string QuoteForShell(const std::string& text);
+
+}  // namespace knap

@@ -1,0 +1,165 @@
+#include "coordinator/cli/rollout_command.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <iterator>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "coordinator/cli/exit_codes.h"
+#include "coordinator/cli/loaded_run.h"
+#include "coordinator/cli/problem_from_scene.h"
+#include "coordinator/cli/rollout_arguments.h"
+#include "sim/rollout/rollout.h"
+
+namespace knap {
+namespace {
+
+struct RolloutFlags {
+  std::string config;
+  std::vector<std::string> overrides;
+  std::string theta = "initial";
+  std::string reference_theta;
+  std::optional<std::uint64_t> variation;
+  std::string variation_values;
+  std::optional<std::uint64_t> seed;
+  bool json = false;
+};
+
+double ReadSeconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+Eigen::VectorXd ToVector(const std::vector<double>& values) {
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+// Everything that is written of a rollout, in one place for both forms.
+struct RolloutRecord {
+  const Scene& scene;
+  const RolloutInput& input;
+  const RolloutOutput& output;
+  double forward_s, gradient_s;
+};
+
+nlohmann::ordered_json MakeNumber(double value) {
+  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
+}
+
+nlohmann::ordered_json MakeJson(const RolloutRecord& record) {
+  const RolloutOutput& output = record.output;
+  nlohmann::ordered_json theta = nlohmann::ordered_json::object();
+  nlohmann::ordered_json gradient = nlohmann::ordered_json::object();
+  for (Eigen::Index i = 0; i < record.input.theta.size(); ++i) {
+    const std::string& name = record.scene.design->parameters[static_cast<std::size_t>(i)].name;
+    theta[name] = record.input.theta[i];
+    gradient[name] = i < output.gradient.size() ? MakeNumber(output.gradient[i]) : nullptr;
+  }
+  nlohmann::ordered_json variation = nlohmann::ordered_json::object();
+  for (std::size_t i = 0; i < record.input.variation.size(); ++i) {
+    variation[record.scene.variation[i].key] = record.input.variation[i];
+  }
+  return {{"scenario", record.scene.name},
+          {"theta", std::move(theta)},
+          {"variation", std::move(variation)},
+          {"loss", MakeNumber(output.loss)},
+          {"success", output.success},
+          {"gradient", std::move(gradient)},
+          {"steps", output.steps},
+          {"forward_s", record.forward_s},
+          {"gradient_s", record.gradient_s},
+          {"certificate",
+           {{"finite", output.certificate.finite},
+            {"converged", output.certificate.converged},
+            {"smooth", output.smooth},
+            {"worst_residual", MakeNumber(output.certificate.worst_residual)},
+            {"subdivided_steps", output.certificate.subdivided_steps},
+            {"contact_onsets", output.certificate.contact_onsets}}}};
+}
+
+std::string FormatRecord(const RolloutRecord& record) {
+  const RolloutOutput& output = record.output;
+  const auto yes = [](bool value) { return value ? "yes" : "no"; };
+  std::string text;
+  const auto out = std::back_inserter(text);
+  fmt::format_to(out, "loss       {:.9g}{}\n", output.loss,
+                 record.input.theta_reference.size() > 0 ? "  (distillation)" : "");
+  fmt::format_to(out, "success    {}\n", yes(output.success));
+  fmt::format_to(out, "steps      {}\n", output.steps);
+  fmt::format_to(out, "time       {:.1f} ms forward, {:.1f} ms gradient\n", 1e3 * record.forward_s,
+                 1e3 * record.gradient_s);
+  fmt::format_to(out,
+                 "certified  finite {}, converged {}, smooth {}; worst residual {:.1e}, {} steps subdivided, {} "
+                 "contact onsets\n",
+                 yes(output.certificate.finite), yes(output.certificate.converged), yes(output.smooth),
+                 output.certificate.worst_residual, output.certificate.subdivided_steps,
+                 output.certificate.contact_onsets);
+  if (!record.input.variation.empty()) fmt::format_to(out, "\n{:<36} {:>16}\n", "varied key", "value [SI]");
+  for (std::size_t i = 0; i < record.input.variation.size(); ++i) {
+    fmt::format_to(out, "{:<36} {:>16.9g}\n", record.scene.variation[i].key, record.input.variation[i]);
+  }
+  if (record.input.theta.size() > 0)
+    fmt::format_to(out, "\n{:<36} {:>16} {:>16}\n", "parameter", "theta [m]", "dloss/dtheta");
+  for (Eigen::Index i = 0; i < record.input.theta.size(); ++i) {
+    fmt::format_to(out, "{:<36} {:>16.9g} {:>16}\n", record.scene.design->parameters[static_cast<std::size_t>(i)].name,
+                   record.input.theta[i],
+                   i < output.gradient.size() ? fmt::format("{:.9g}", output.gradient[i]) : "none");
+  }
+  return text;
+}
+
+std::vector<double> ChooseVariation(const RolloutFlags& flags, const Scene& scene) {
+  if (!flags.variation_values.empty()) return ParseVariationValues(flags.variation_values, "--variation-values", scene);
+  if (!flags.variation) return ReadNominalVariation(scene);
+  const std::uint64_t seed = flags.seed.value_or(static_cast<std::uint64_t>(scene.evaluation.seed));
+  return SampleVariation(MakeProblem(scene).variations, seed, RandomStream::kTestVariations, *flags.variation);
+}
+
+int RunRollout(const RolloutFlags& flags) {
+  const LoadedScenario scenario = LoadValidScenario(flags.config, flags.overrides);
+  const Scene& scene = scenario.parsed.scene;
+  RolloutInput input;
+  const ParameterSpec parameters = scene.design ? MakeProblem(scene).parameters : ParameterSpec();
+  input.theta = ToVector(ParseTheta(flags.theta, "--theta", parameters));
+  if (!flags.reference_theta.empty()) {
+    input.theta_reference = ToVector(ParseTheta(flags.reference_theta, "--reference-theta", parameters));
+  }
+  input.variation = ChooseVariation(flags, scene);
+  RolloutModel model(scenario.files);
+  model.clock = ReadSeconds;
+  const RolloutOutput output = model.Run(input, {});
+  const RolloutRecord record{scene, input, output, model.forward_s, model.gradient_s};
+  fmt::print("{}", flags.json ? MakeJson(record).dump(2) + "\n" : FormatRecord(record));
+  return kExitDone;
+}
+
+}  // namespace
+
+void AddRolloutCommand(CLI::App* app, std::function<int()>* command) {
+  const auto flags = std::make_shared<RolloutFlags>();
+  CLI::App* rollout = app->add_subcommand("rollout", "run one rollout in this process");
+  rollout->add_option("config", flags->config, "scenario file")->required();
+  rollout->add_option("overrides", flags->overrides, "changes to it, a.b=c");
+  rollout->add_option(
+      "--theta", flags->theta,
+      "design: initial, or NAME=VALUE,… with the others initial, or all values v1,v2,… (m, or with unit)");
+  rollout->add_option("--reference-theta", flags->reference_theta,
+                      "the distillation loss against the trajectory of this design, not the task loss");
+  CLI::Option* variation = rollout->add_option("--variation", flags->variation,
+                                               "number of a test variation (default: the file's own values)");
+  rollout
+      ->add_option("--variation-values", flags->variation_values,
+                   "values v1,v2,… of the varied keys (SI, or with unit)")
+      ->excludes(variation);
+  rollout->add_option("--seed", flags->seed, "of the test variations (default: evaluation.seed)")->needs(variation);
+  rollout->add_flag("--json", flags->json, "one JSON document on stdout");
+  rollout->callback([flags, command] { *command = [flags] { return RunRollout(*flags); }; });
+}
+
+}  // namespace knap

@@ -1,0 +1,67 @@
+#include "coordinator/cli/validate_command.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstddef>
+#include <exception>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "coordinator/cli/exit_codes.h"
+#include "coordinator/cli/loaded_run.h"
+#include "coordinator/cli/problem_from_scene.h"
+#include "sim/rollout/rollout.h"
+#include "sim/scenarios/describe_scene.h"
+
+namespace knap {
+namespace {
+
+struct ValidateFlags {
+  std::string config;
+  std::vector<std::string> overrides;
+  bool describe = false;
+};
+
+std::string Count(std::size_t n, const std::string& what) { return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s"); }
+
+int RunValidate(const ValidateFlags& flags) {
+  if (flags.describe) {
+    fmt::print("{}", DescribeSceneFormat());
+    return kExitDone;
+  }
+  const LoadedScenario scenario = LoadValidScenario(flags.config, flags.overrides);
+  const Scene& scene = scenario.parsed.scene;
+  try {
+    const RolloutModel model(scenario.files);
+    if (scene.design) MakeLearningOptions(scene);
+  } catch (const std::exception& error) {
+    throw UsageError(fmt::format("{}: {}", flags.config, error.what()));
+  }
+  const Rollout& rollout = scene.rollout;
+  fmt::print("{}: valid: {}, {}, {}, {}, {} of {} s\n", flags.config,
+             fmt::format("{} {}", scene.bodies.size(), scene.bodies.size() == 1 ? "body" : "bodies"),
+             Count(scene.contacts.size(), "contact"),
+             Count(scene.design ? scene.design->parameters.size() : 0, "design parameter"),
+             Count(scene.variation.size(), "varied key"),
+             Count(static_cast<std::size_t>(std::llround(rollout.horizon / rollout.step)), "step"), rollout.step);
+  return kExitDone;
+}
+
+}  // namespace
+
+void AddValidateCommand(CLI::App* app, std::function<int()>* command) {
+  const auto flags = std::make_shared<ValidateFlags>();
+  CLI::App* validate = app->add_subcommand("validate", "report all errors of a scenario as file:line:column");
+  CLI::Option* config = validate->add_option("config", flags->config, "scenario file");
+  validate->add_option("overrides", flags->overrides, "changes to it, a.b=c");
+  validate->add_flag("--describe", flags->describe, "print the reference of the format instead (docs/scenario.md)")
+      ->excludes(config);
+  validate->callback([flags, command] {
+    if (!flags->describe && flags->config.empty()) throw CLI::RequiredError("config");
+    *command = [flags] { return RunValidate(*flags); };
+  });
+}
+
+}  // namespace knap

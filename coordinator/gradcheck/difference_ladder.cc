@@ -1,0 +1,55 @@
+#include "coordinator/gradcheck/difference_ladder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace knap {
+namespace {
+
+// The first window: 10^(−5.5), 10^(−6), 10^(−6.5).
+constexpr int kFirstMiddle = kLadderSteps / 2;
+
+double CalcError(double difference, double derivative) {
+  const double error = std::abs(difference - derivative);
+  return std::isnan(error) ? std::numeric_limits<double>::infinity() : error;
+}
+
+}  // namespace
+
+double CalcLadderStep(int k) { return (k % 2 == 0 ? 1.0 : std::sqrt(0.1)) * std::pow(10.0, -3 - k / 2); }
+
+double CalcLargestStep() { return CalcLadderStep(0); }
+
+std::vector<int> DifferenceLadder::ListNextSteps() const {
+  if (last_ < first_) return {kFirstMiddle - 1, kFirstMiddle, kFirstMiddle + 1};
+  std::vector<int> next;
+  if (first_ > 0) next.push_back(first_ - 1);
+  if (last_ + 1 < kLadderSteps) next.push_back(last_ + 1);
+  return next;
+}
+
+void DifferenceLadder::Set(int k, double difference) {
+  differences_[static_cast<std::size_t>(k)] = difference;
+  first_ = last_ < first_ ? k : std::min(first_, k);
+  last_ = std::max(last_, k);
+}
+
+DifferenceLadder::Window DifferenceLadder::FindBestWindow(double derivative, double tolerance) const {
+  const auto error = [&](int k) { return CalcError(differences_[static_cast<std::size_t>(k)], derivative); };
+  Window best{.error = std::numeric_limits<double>::infinity()};
+  for (int middle = first_ + 1; middle < last_; ++middle) {
+    const double worst = std::max({error(middle - 1), error(middle), error(middle + 1)});
+    if (middle > first_ + 1 && !(worst < best.error)) continue;
+    best = {.middle = middle, .error = worst, .difference = differences_[static_cast<std::size_t>(middle)]};
+  }
+  if (best.error <= tolerance) {
+    int low = best.middle, high = best.middle;
+    while (low > first_ && error(low - 1) <= tolerance) --low;
+    while (high < last_ && error(high + 1) <= tolerance) ++high;
+    best.plateau_steps = high - low + 1;
+  }
+  return best;
+}
+
+}  // namespace knap

@@ -1,0 +1,256 @@
+#include "coordinator/gradcheck/gradient_check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <span>
+#include <stdexcept>
+
+#include "coordinator/gradcheck/difference_ladder.h"
+#include "coordinator/learning/batch_objective.h"
+
+namespace knap {
+namespace {
+
+bool HasNumbers(const RolloutOutcome& outcome) {
+  return std::isfinite(outcome.loss) &&
+         std::all_of(outcome.gradient.begin(), outcome.gradient.end(), [](double g) { return std::isfinite(g); });
+}
+
+bool IsUsable(const RolloutCertificate& certificate) { return certificate.finite && certificate.converged; }
+
+// One rollout under comparison.
+struct Comparison {
+  std::size_t rollout = 0;  // in the report
+  double scale = 0.0;       // ‖g‖∞, range-normalised
+  std::vector<DifferenceLadder> ladders;
+  std::vector<bool> settled;  // one a parameter
+};
+
+class GradientChecker {
+ public:
+  GradientChecker(const Problem& problem, const GradientCheckOptions& options, RolloutService& service,
+                  const std::function<void(const GradientCheckProgress&)>& progress)
+      : parameters_(problem.parameters),
+        variations_(problem.variations),
+        options_(options),
+        service_(service),
+        progress_(progress),
+        drawn_within_(problem.parameters) {
+    for (std::size_t i = 0; i < parameters_.names.size(); ++i) {
+      range_.push_back(parameters_.upper[i] - parameters_.lower[i]);
+      drawn_within_.lower[i] += CalcLargestStep() * range_[i];
+      drawn_within_.upper[i] -= CalcLargestStep() * range_[i];
+    }
+  }
+
+  GradientCheckReport Check() {
+    DrawRollouts();
+    Compare();
+    Conclude();
+    return std::move(report_);
+  }
+
+ private:
+  void DrawRollouts() {
+    const auto most = static_cast<std::int64_t>(options_.rollouts) * kDrawsPerRollout;
+    while (report_.checked() < options_.rollouts && report_.draws < most) {
+      const std::int64_t count = std::min<std::int64_t>(options_.rollouts - report_.checked(), most - report_.draws);
+      std::vector<RolloutQuery> queries;
+      for (std::int64_t i = 0; i < count; ++i) {
+        const auto index = static_cast<std::uint64_t>(report_.draws + i);
+        queries.push_back(
+            {.theta = SampleTheta(drawn_within_, options_.seed, index),
+             .theta_reference = {},
+             .variation = SampleVariation(variations_, options_.seed, RandomStream::kTrainingVariations, index),
+             .gradient = true});
+      }
+      std::vector<RolloutOutcome> outcomes = Ask(queries);
+      for (std::size_t i = 0; i < outcomes.size(); ++i) Sort(queries[i], std::move(outcomes[i]));
+    }
+  }
+
+  // The next draw: to be compared, to be flagged at once, or left out.
+  void Sort(const RolloutQuery& query, RolloutOutcome outcome) {
+    const std::int64_t draw = report_.draws++;
+    const bool has_gradient = outcome.gradient.size() == range_.size();
+    if (IsUsable(outcome.certificate)) {
+      if (!has_gradient) {
+        throw std::runtime_error(
+            fmt::format("a rollout's gradient has {} values; expected {}", outcome.gradient.size(), range_.size()));
+      }
+      if (std::all_of(outcome.gradient.begin(), outcome.gradient.end(), [](double g) { return g == 0.0; })) {
+        ++report_.zero_gradient;
+        return;
+      }
+    }
+    CheckedRollout rollout{.draw = draw,
+                           .theta = query.theta,
+                           .variation = query.variation,
+                           .outcome = std::move(outcome),
+                           .parameters = {},
+                           .relative_error = std::numeric_limits<double>::infinity()};
+    if (IsUsable(rollout.outcome.certificate) && HasNumbers(rollout.outcome)) {
+      Comparison comparison{.rollout = report_.rollouts.size(), .ladders = {}, .settled = {}};
+      for (std::size_t i = 0; i < range_.size(); ++i) {
+        comparison.scale = std::max(comparison.scale, std::abs(rollout.outcome.gradient[i] * range_[i]));
+      }
+      comparison.ladders.resize(range_.size());
+      comparison.settled.resize(range_.size(), false);
+      rollout.parameters.resize(range_.size());
+      open_.push_back(std::move(comparison));
+    }
+    report_.rollouts.push_back(std::move(rollout));
+  }
+
+  // One difference quotient of one parameter: queries 2j and 2j+1 of a round.
+  struct Quotient {
+    std::size_t comparison, parameter;
+    int step;
+  };
+
+  // Round by round the next steps of all parameters that are not settled.
+  void Compare() {
+    while (!open_.empty()) {
+      std::vector<Quotient> quotients;
+      std::vector<RolloutQuery> queries;
+      for (std::size_t c = 0; c < open_.size(); ++c) {
+        for (std::size_t p = 0; p < range_.size(); ++p) {
+          if (open_[c].settled[p]) continue;
+          for (const int step : open_[c].ladders[p].ListNextSteps()) {
+            quotients.push_back({c, p, step});
+            for (const double sign : {1.0, -1.0})
+              queries.push_back(MakeQuery(open_[c], p, sign * CalcLadderStep(step)));
+          }
+        }
+      }
+      const std::vector<RolloutOutcome> outcomes = Ask(queries);
+      for (std::size_t j = 0; j < quotients.size(); ++j) {
+        const auto& [c, p, step] = quotients[j];
+        const bool usable = IsUsable(outcomes[2 * j].certificate) && IsUsable(outcomes[2 * j + 1].certificate);
+        // The steps as they were rounded.
+        const double width = (queries[2 * j].theta[p] - queries[2 * j + 1].theta[p]) / range_[p];
+        const double difference = (outcomes[2 * j].loss - outcomes[2 * j + 1].loss) / width;
+        open_[c].ladders[p].Set(step, usable ? difference : std::numeric_limits<double>::quiet_NaN());
+      }
+      Settle();
+    }
+  }
+
+  RolloutQuery MakeQuery(const Comparison& comparison, std::size_t parameter, double step) const {
+    const CheckedRollout& rollout = report_.rollouts[comparison.rollout];
+    RolloutQuery query{
+        .theta = rollout.theta, .theta_reference = {}, .variation = rollout.variation, .gradient = false};
+    query.theta[parameter] += step * range_[parameter];
+    // A draw at the very edge may be rounded across it.
+    query.theta[parameter] =
+        std::clamp(query.theta[parameter], parameters_.lower[parameter], parameters_.upper[parameter]);
+    return query;
+  }
+
+  void Settle() {
+    std::erase_if(open_, [this](Comparison& comparison) {
+      CheckedRollout& rollout = report_.rollouts[comparison.rollout];
+      bool all = true;
+      rollout.relative_error = 0.0;
+      for (std::size_t p = 0; p < range_.size(); ++p) {
+        const DifferenceLadder& ladder = comparison.ladders[p];
+        const double g = rollout.outcome.gradient[p] * range_[p];
+        const auto window = ladder.FindBestWindow(g, options_.tolerance * comparison.scale);
+        rollout.parameters[p] = {.analytic = rollout.outcome.gradient[p],
+                                 .difference = window.difference / range_[p],
+                                 .step = CalcLadderStep(window.middle),
+                                 .relative_error = window.error / comparison.scale,
+                                 .plateau_steps = window.plateau_steps};
+        rollout.relative_error = std::max(rollout.relative_error, rollout.parameters[p].relative_error);
+        comparison.settled[p] = window.plateau_steps > 0 || ladder.ListNextSteps().empty();
+        all = all && comparison.settled[p];
+      }
+      return all;
+    });
+  }
+
+  void Conclude() {
+    for (CheckedRollout& rollout : report_.rollouts) {
+      const RolloutCertificate& certificate = rollout.outcome.certificate;
+      const bool agrees = !rollout.parameters.empty() &&
+                          std::all_of(rollout.parameters.begin(), rollout.parameters.end(),
+                                      [](const ParameterCheck& parameter) { return parameter.plateau_steps > 0; });
+      if (!IsUsable(certificate) || !certificate.smooth) {
+        rollout.verdict = GradientVerdict::kFlagged;
+        ++report_.flagged;
+        report_.nonconverged += IsUsable(certificate) ? 0 : 1;
+      } else if (agrees) {
+        rollout.verdict = GradientVerdict::kAgreed;
+        ++report_.agreed;
+        report_.max_rel_error = std::max(report_.max_rel_error, rollout.relative_error);
+      } else {
+        rollout.verdict = GradientVerdict::kDisagreed;
+        ++report_.disagreed;
+      }
+    }
+  }
+
+  // A round in one call: it keeps any number of workers busy.
+  std::vector<RolloutOutcome> Ask(std::span<const RolloutQuery> queries) {
+    report_.evaluated += static_cast<std::int64_t>(queries.size());
+    if (progress_) {
+      progress_({report_.checked(), report_.checked() - static_cast<int>(open_.size()), report_.evaluated});
+    }
+    return EvaluateAll(service_, queries);
+  }
+
+  const ParameterSpec& parameters_;
+  const VariationSpec& variations_;
+  const GradientCheckOptions& options_;
+  RolloutService& service_;
+  const std::function<void(const GradientCheckProgress&)>& progress_;
+  ParameterSpec drawn_within_;  // bounds that leave room for the largest step
+  std::vector<double> range_;
+  std::vector<Comparison> open_;
+  GradientCheckReport report_;
+};
+
+}  // namespace
+
+GradientCheckReport CheckGradients(const Problem& problem, const GradientCheckOptions& options, RolloutService& service,
+                                   const std::function<void(const GradientCheckProgress&)>& progress) {
+  CheckProblem(problem);
+  if (options.rollouts < 1) {
+    throw std::invalid_argument(fmt::format("rollouts: {}; expected 1 or more", options.rollouts));
+  }
+  if (!(options.tolerance > 0.0)) {
+    throw std::invalid_argument(fmt::format("tolerance: {}; expected more than 0", options.tolerance));
+  }
+  return GradientChecker(problem, options, service, progress).Check();
+}
+
+std::int64_t CalcLeastRollouts(const Problem& problem, const GradientCheckOptions& options) {
+  const auto d = static_cast<std::int64_t>(problem.parameters.names.size());
+  return options.rollouts * (1 + 2 * kWindow * d);
+}
+
+std::vector<std::string> ListFailures(const GradientCheckReport& report, const GradientCheckOptions& options) {
+  std::vector<std::string> failures;
+  const int checked = report.checked();
+  if (checked < options.rollouts) {
+    failures.push_back(fmt::format("only {} of {} rollouts with a non-zero gradient in {} draws", checked,
+                                   options.rollouts, report.draws));
+  }
+  if (report.disagreed > 0) {
+    failures.push_back(
+        fmt::format("{} of {} rollouts disagree, and their certificates say nothing", report.disagreed, checked));
+  }
+  if (20 * report.flagged > checked) {
+    failures.push_back(fmt::format("{} of {} rollouts are flagged; at most 5% may be", report.flagged, checked));
+  }
+  if (20 * report.agreed < 19 * checked) {
+    failures.push_back(fmt::format("{} of {} rollouts agree; at least 95% must", report.agreed, checked));
+  }
+  return failures;
+}
+
+}  // namespace knap

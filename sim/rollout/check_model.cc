@@ -1,0 +1,141 @@
+#include "sim/rollout/check_model.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <exception>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sim/geometry/mesh_io.h"
+#include "sim/geometry/triangle_mesh.h"
+
+namespace knap {
+namespace {
+
+template <class T>
+bool HasShape(const Body& body) {
+  return body.shape && std::holds_alternative<T>(*body.shape);
+}
+
+const char* GetShapeName(const Body& body) {
+  if (HasShape<SphereShape>(body)) return "sphere";
+  return HasShape<HalfSpaceShape>(body) ? "half_space" : "designed_mesh";
+}
+
+class ModelChecker {
+ public:
+  explicit ModelChecker(LoadedScenario& scenario)
+      : scene_(scenario.parsed.scene), files_(scenario.files), log_(scenario.parsed.log) {}
+
+  void Check() {
+    for (const Body& body : scene_.bodies) CheckBody(body);
+    for (std::size_t i = 0; i < scene_.contacts.size(); ++i) CheckContact(i);
+    if (scene_.design) CheckDesign(*scene_.design);
+  }
+
+ private:
+  void Report(const std::vector<std::string>& paths, const std::string& message) { log_.Report(paths, message); }
+
+  const Body* FindBody(const std::string& name) const {
+    const auto found =
+        std::find_if(scene_.bodies.begin(), scene_.bodies.end(), [&](const Body& b) { return b.name == name; });
+    return found == scene_.bodies.end() ? nullptr : &*found;
+  }
+
+  // The body itself or the nearest one above it that forces move; null when its motion is known.
+  const Body* FindMover(const Body& body) const {
+    const Body* mover = &body;
+    for (std::size_t i = 0; i < scene_.bodies.size() && mover != nullptr; ++i) {
+      if (!std::holds_alternative<FixedJoint>(mover->joint.kind) &&
+          !std::holds_alternative<PrescribedJoint>(mover->joint.kind)) {
+        return mover;
+      }
+      mover = FindBody(mover->parent);
+    }
+    return nullptr;
+  }
+
+  static std::string GetJointPath(const Body& body) { return "bodies." + body.name + ".joint.type"; }
+  static std::string GetShapePath(const Body& body) { return "bodies." + body.name + ".shape.type"; }
+
+  void CheckBody(const Body& body) {
+    if (body.name.empty()) return;
+    const Body* mover = FindMover(body);
+    if (HasShape<DesignedMeshShape>(body) && mover != nullptr) {
+      Report({GetShapePath(body), GetJointPath(*mover)},
+             fmt::format("a designed mesh needs a body that forces do not move, and the joint of {} lets them",
+                         mover->name));
+    }
+    if (HasShape<DesignedMeshShape>(body) && body.inertia && !std::holds_alternative<ExplicitInertia>(*body.inertia)) {
+      Report({"bodies." + body.name + ".inertia.type", GetShapePath(body)},
+             "needs a sphere as shape; give an explicit inertia");
+    }
+  }
+
+  void CheckContact(std::size_t i) {
+    const std::string path = fmt::format("contacts[{}].bodies", i);
+    const Body* a = FindBody(scene_.contacts[i].bodies[0]);
+    const Body* b = FindBody(scene_.contacts[i].bodies[1]);
+    if (a == nullptr || b == nullptr || a == b || !a->shape || !b->shape) return;  // reported by CheckScene
+    const bool a_is_sphere = HasShape<SphereShape>(*a);
+    if (a_is_sphere == HasShape<SphereShape>(*b)) {
+      Report({path, GetShapePath(*a), GetShapePath(*b)},
+             fmt::format("a contact needs a sphere and a half_space, or a sphere and the designed_mesh, but {} is a {} "
+                         "and {} a {}",
+                         a->name, GetShapeName(*a), b->name, GetShapeName(*b)));
+      return;
+    }
+    const Body* mover = FindMover(a_is_sphere ? *b : *a);
+    if (mover != nullptr) {
+      Report({fmt::format("{}[{}]", path, a_is_sphere ? 1 : 0), GetJointPath(*mover)},
+             fmt::format("the surface that a sphere touches must be on a body that forces do not move, and the joint "
+                         "of {} lets them",
+                         mover->name));
+    }
+  }
+
+  void CheckDesign(const Design& design) {
+    const std::optional<TriangleMesh> mesh = CheckMesh("design.mesh", design.mesh, design.mesh_unit);
+    const std::optional<TriangleMesh> cage = CheckMesh("design.cage", design.cage, design.mesh_unit);
+    if (!cage) return;
+    const std::size_t count = cage->vertices.size();
+    for (const VertexGroup& group : design.vertex_groups) {
+      for (std::size_t k = 0; k < group.vertices.size(); ++k) {
+        if (static_cast<std::size_t>(group.vertices[k]) < count) continue;
+        Report({fmt::format("design.vertex_groups.{}.vertices[{}]", group.name, k), "design.cage"},
+               fmt::format("the cage has {} vertices, 0 to {}", count, count - 1));
+      }
+    }
+  }
+
+  // Empty when the file is missing or no mesh.
+  std::optional<TriangleMesh> CheckMesh(const std::string& field, const std::string& file, double unit) {
+    const auto bytes = files_.find(file);
+    if (bytes == files_.end() || log_.HasFailedNear(field) || log_.HasFailedNear("design.mesh_unit")) return {};
+    try {
+      TriangleMesh mesh = ReadMesh(file, bytes->second, unit);
+      const MeshDefects defects = FindDefects(mesh);
+      if (!defects.empty()) {
+        Report({field}, fmt::format("must be closed and face outwards; it has {}", defects.Describe()));
+      }
+      return mesh;
+    } catch (const std::exception& error) {
+      Report({field}, error.what());
+      return {};
+    }
+  }
+
+  const Scene& scene_;
+  const std::map<std::string, std::string>& files_;
+  FieldLog& log_;
+};
+
+}  // namespace
+
+void CheckModel(LoadedScenario& scenario) { ModelChecker(scenario).Check(); }
+
+}  // namespace knap

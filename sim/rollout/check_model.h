@@ -1,0 +1,17 @@
+// What the simulator and the designed mesh ask of a scenario beyond what its format says, with the place in the file.
+#pragma once
+
+#include "sim/scenarios/scenario_files.h"
+
+namespace knap {
+
+// Adds to scenario.parsed.log:
+// - contacts other than of a sphere with a half-space or the designed mesh, and surfaces that forces move;
+// - a designed mesh that forces move; an inertia from a shape that is no sphere;
+// - mesh and cage files that hold no mesh or one that is not closed, and numbers that are no vertex of the cage.
+// May follow a LoadScenario that found errors: it tells nothing twice. Reads the meshes; touches no disk.
+//
+// What passes can still be refused by RolloutModel (a mesh that reaches out of its cage, for one).
+void CheckModel(LoadedScenario& scenario);
+
+}  // namespace knap

@@ -1,0 +1,137 @@
+// What the simulator refuses of scenarios whose format is right, each with its place in the file.
+#include "sim/rollout/check_model.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "sim/rollout/rollout.h"
+#include "tests/sim/scenarios/edited_scene.h"
+
+namespace knap {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string ReadPushing() {
+  std::ifstream file(KNAP_CONFIGS "/pushing.yaml");
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+// configs/pushing.yaml with edits, beside its meshes.
+class CheckModelTest : public testing::TestWithParam<SceneErrorCase> {
+ protected:
+  void SetUp() override {
+    std::string name = testing::UnitTest::GetInstance()->current_test_info()->name();
+    std::replace(name.begin(), name.end(), '/', '_');
+    folder_ = fs::path(testing::TempDir()) / ("knap_check_model_" + std::to_string(getpid()) + name);
+    fs::create_directories(folder_);
+    fs::copy(KNAP_CONFIGS "/meshes", folder_ / "meshes");
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  LoadedScenario Load(const std::string& text) {
+    std::ofstream(folder_ / "p.yaml") << text;
+    LoadedScenario scenario = LoadScenario(folder_ / "p.yaml");
+    CheckModel(scenario);
+    return scenario;
+  }
+
+  // The errors, without the folder.
+  std::string FindErrors(const std::string& text) {
+    std::string errors = Load(text).parsed.FormatErrors();
+    const std::string prefix = folder_.string() + "/";
+    for (std::size_t at = errors.find(prefix); at != std::string::npos; at = errors.find(prefix)) {
+      errors.erase(at, prefix.size());
+    }
+    return errors;
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(CheckModelTest, TheSimulatorTakesPushing) {
+  const LoadedScenario scenario = Load(ReadPushing());
+  EXPECT_EQ(scenario.parsed.FormatErrors(), "");
+  EXPECT_NO_THROW(RolloutModel(scenario.files));
+}
+
+TEST_P(CheckModelTest, ReportsOnceAtItsPlace) {
+  const EditedScene scene = EditScene(ReadPushing(), GetParam().original, GetParam().edited);
+  // Where the error stands far from the edit, the case itself says at which line and column.
+  const std::string place = scene.place.empty() ? "" : scene.place + ": ";
+  EXPECT_EQ(FindErrors(scene.text), "p.yaml:" + place + GetParam().error + "\n");
+}
+
+const SceneErrorCase kRefused[] = {
+    {"TwoSurfaces", "bodies: [pea, table]", "bodies: @[pusher, table]",
+     "contacts[0].bodies: a contact needs a sphere and a half_space, or a sphere and the designed_mesh, but pusher is "
+     "a "
+     "designed_mesh and table a half_space"},
+    {"TwoSpheres", "shape: {type: half_space}\n", "shape: {type: sphere, radius: 1 m}\n",
+     "29:14: contacts[0].bodies: a contact needs a sphere and a half_space, or a sphere and the designed_mesh, but pea "
+     "is a "
+     "sphere and table a sphere"},
+    {"MovingSurface", "joint: {type: fixed}\n",
+     "joint: {type: prismatic, axis: [0, 0, 1]}\n    inertia: {type: explicit, mass: 1 kg, "
+     "moments: [1 kg*m^2, 1 kg*m^2, 1 kg*m^2]}\n",
+     "30:20: contacts[0].bodies[1]: value 'table': the surface that a sphere touches must be on a body that forces do "
+     "not "
+     "move, and the joint of table lets them"},
+    {"SurfaceOnAMovingBody", "joint: {type: fixed}\n", "parent: pea\n    joint: {type: fixed}\n",
+     "30:20: contacts[0].bodies[1]: value 'table': the surface that a sphere touches must be on a body that forces do "
+     "not "
+     "move, and the joint of pea lets them"},
+    {"InertiaOfTheMesh", "shape: {type: designed_mesh}",
+     "shape: {type: designed_mesh}\n    inertia: {type: @density, "
+     "density: 1 g/cm^3}",
+     "bodies.pusher.inertia.type: value 'density': needs a sphere as shape; give an explicit inertia"},
+    {"VertexBeyondTheCage", "vertices: [20, 21, 22, 23]", "vertices: [20, 21, @24, 23]",
+     "design.vertex_groups.right_tip.vertices[2]: value '24': the cage has 24 vertices, 0 to 23"},
+    {"NoMesh", "mesh: meshes/pusher.obj", "mesh: @meshes/make_pusher.py",
+     "design.mesh: value 'meshes/make_pusher.py': meshes/make_pusher.py: cannot read '.py' files as meshes; save it as "
+     ".obj or .stl"},
+};
+
+INSTANTIATE_TEST_SUITE_P(All, CheckModelTest, testing::ValuesIn(kRefused),
+                         [](const auto& the_case) { return std::string(the_case.param.name); });
+
+TEST_F(CheckModelTest, AMeshMustBeClosed) {
+  std::ofstream(folder_ / "meshes/open.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\n";
+  const EditedScene scene = EditScene(ReadPushing(), "cage: meshes/pusher_cage.obj", "cage: @meshes/open.obj");
+  EXPECT_THAT(FindErrors(scene.text),
+              testing::StartsWith("p.yaml:" + scene.place +
+                                  ": design.cage: value 'meshes/open.obj': must be closed and face outwards; it has "));
+}
+
+// Errors of the format and of the model come together, and one does not cause another.
+TEST_F(CheckModelTest, AllErrorsAtOnce) {
+  EditedScene scene = EditScene(ReadPushing(), "vertices: [20, 21, 22, 23]", "vertices: [20, 21, 22, @99]");
+  const std::string vertex = scene.place;
+  scene = EditScene(scene.text, "bodies: [pea, table]", "bodies: @[pusher, table]");
+  const std::string contact = scene.place;
+  scene = EditScene(scene.text, "period: 3 s", "period: @3 m");
+  const std::string errors = FindErrors(scene.text);
+  for (const std::string& place : {vertex, contact, scene.place}) {
+    EXPECT_THAT(errors, testing::HasSubstr("p.yaml:" + place + ": "));
+  }
+  EXPECT_EQ(std::count(errors.begin(), errors.end(), '\n'), 3) << errors;
+}
+
+TEST_F(CheckModelTest, AShapeThatIsWrongCausesNoFurtherErrors) {
+  const EditedScene scene = EditScene(ReadPushing(), "shape: {type: half_space}", "shape: {type: @halfspace}");
+  const std::string errors = FindErrors(scene.text);
+  EXPECT_THAT(errors, testing::StartsWith("p.yaml:" + scene.place + ": bodies.table.shape.type"));
+  EXPECT_EQ(std::count(errors.begin(), errors.end(), '\n'), 1) << errors;
+}
+
+}  // namespace
+}  // namespace knap
