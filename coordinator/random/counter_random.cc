@@ -153,7 +153,8 @@ double CounterRandom::DrawNormal() { return DrawTruncatedNormal(std::numeric_lim
 
 double CounterRandom::DrawTruncatedNormal(double limit) {
   if (!(limit > 0.0)) {
-    throw std::invalid_argument("CounterRandom::DrawTruncatedNormal: limit " + std::to_string(limit) + ", allowed is > 0");
+    throw std::invalid_argument("CounterRandom::DrawTruncatedNormal: limit " + std::to_string(limit) +
+                                ", allowed is > 0");
   }
   // The midpoints of 2^52 equal cells of (0, 1) are exact in double and never 0 or 1.
   const double u = (static_cast<double>(DrawBits() >> 12) + 0.5) * 0x1p-52;

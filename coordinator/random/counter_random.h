@@ -45,8 +45,8 @@ class CounterRandom {
   double DrawUniform();                            // a multiple of 2^-53 in [0, 1)
   double DrawUniform(double lower, double upper);  // in [lower, upper]; lower <= upper, both finite
   double DrawNormal();                             // mean 0, standard deviation 1; one 64-bit draw each
-  // The same conditioned on |z| <= limit, limit > 0, by inversion: z = quantile(Phi(-limit) + u (1 - 2 Phi(-limit))). One
-  // 64-bit draw; an infinite limit gives DrawNormal's bits.
+  // The same conditioned on |z| <= limit, limit > 0, by inversion: z = quantile(Phi(-limit) + u (1 - 2 Phi(-limit))).
+  // One 64-bit draw; an infinite limit gives DrawNormal's bits.
   double DrawTruncatedNormal(double limit);
   std::uint64_t DrawBelow(std::uint64_t bound);    // uniform on 0 … bound-1 without bias; bound > 0
 

@@ -23,7 +23,8 @@ struct Total {
     f += patch.f;
     m += patch.m;
     if (geometry == nullptr) return;
-    jacobian.leftCols<3>() += patch.jacobian.col(0) * geometry->dW_dc + patch.jacobian.middleCols<3>(1) * geometry->dg_dc;
+    jacobian.leftCols<3>() +=
+        patch.jacobian.col(0) * geometry->dW_dc + patch.jacobian.middleCols<3>(1) * geometry->dg_dc;
     jacobian.rightCols<6>() += patch.jacobian.rightCols<6>();
   }
 };

@@ -42,7 +42,8 @@ TriangleMesh Displace(const TriangleMesh& mesh, const VectorXd& displacement) {
 
 }  // namespace
 
-CageDesign::CageDesign(TriangleMesh mesh, TriangleMesh cage, VectorXd initial_theta, const std::vector<VertexMove>& moves)
+CageDesign::CageDesign(TriangleMesh mesh, TriangleMesh cage, VectorXd initial_theta,
+                       const std::vector<VertexMove>& moves)
     : mesh_(std::move(mesh)), cage_(std::move(cage)), initial_theta_(std::move(initial_theta)) {
   const MeshDefects defects = FindDefects(mesh_);
   if (!defects.empty()) {

@@ -66,8 +66,8 @@ class Dynamics {
   std::vector<ExternalWrench>& external() { return external_; }
 
   // r, and for each row the sum of the magnitudes of its terms, against which the residual is judged. Accelerations are
-  // differences of rates over a step, so rounding leaves in them a part of `rate` [1/s] times the momentum: it counts as
-  // a term too.
+  // differences of rates over a step, so rounding leaves in them a part of `rate` [1/s] times the momentum: it counts
+  // as a term too.
   void CalcResidual(const Eigen::VectorXd& v, double rate, Eigen::VectorXd* r, Eigen::VectorXd* magnitude);
 
   // Linearises at the current kinematics and external wrenches. xi is the pose increment over the step, c_v = dv/dxi,

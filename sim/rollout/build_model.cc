@@ -40,11 +40,13 @@ Matrix6d MakeInertia(const Body& body) {
       throw std::runtime_error(
           fmt::format("body '{}': a solid inertia needs a sphere as shape; give it explicitly", body.name));
     }
-    return MakeSpatialInertia(mass, Vector3d::Zero(), 0.4 * mass * sphere->radius * sphere->radius * Matrix3d::Identity());
+    return MakeSpatialInertia(mass, Vector3d::Zero(),
+                              0.4 * mass * sphere->radius * sphere->radius * Matrix3d::Identity());
   };
   return std::visit(Overloaded{[&](const SolidInertia& i) { return solid(i.mass); },
                                [&](const DensityInertia& i) {
-                                 const SphereShape* sphere = body.shape ? std::get_if<SphereShape>(&*body.shape) : nullptr;
+                                 const SphereShape* sphere =
+                                     body.shape ? std::get_if<SphereShape>(&*body.shape) : nullptr;
                                  return solid(i.density * (sphere ? CalcSphereVolume(sphere->radius) : 0.0));
                                },
                                [](const ExplicitInertia& i) {
@@ -187,8 +189,9 @@ SphereContact MakeContact(const Scene& scene, const SceneModel& model, const Con
   const bool on_mesh = other.shape && std::holds_alternative<DesignedMeshShape>(*other.shape);
   const bool on_plane = other.shape && std::holds_alternative<HalfSpaceShape>(*other.shape);
   if (sphere == nullptr || !(on_mesh || on_plane)) {
-    throw std::runtime_error(fmt::format("contact of '{}' and '{}': one must be a sphere, the other a half_space or the designed mesh",
-                                         contact.bodies[0], contact.bodies[1]));
+    throw std::runtime_error(
+        fmt::format("contact of '{}' and '{}': one must be a sphere, the other a half_space or the designed mesh",
+                    contact.bodies[0], contact.bodies[1]));
   }
   SphereContact out;
   out.sphere_body = model.body_index.at(ball);

@@ -149,7 +149,8 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
   if (distill) {
     for (std::size_t i = 0; i < varied.loss.distillation.size(); ++i) {
       const auto& match = std::get<PositionMatchLoss>(varied.loss.distillation[i]);
-      out.loss += EvaluatePositionMatch(match, varied.rollout.step, trace(match.body), reference->paths[i], &cotangents);
+      out.loss +=
+          EvaluatePositionMatch(match, varied.rollout.step, trace(match.body), reference->paths[i], &cotangents);
     }
   } else {
     for (const TaskTerm& term : varied.loss.task) {

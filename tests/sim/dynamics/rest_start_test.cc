@@ -1,4 +1,5 @@
-// Starting from exact rest: no joint moves or feels a torque at the first evaluation, and still the step must be solved.
+// Starting from exact rest: no joint moves or feels a torque at the first evaluation, and still the step must be
+// solved.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -42,7 +42,8 @@ bodies:
   - name: hinge
     parent: wall
     joint: {type: revolute, axis: [1, 1, 0], damping: 0.2 N*m*s/rad}
-    inertia: {type: explicit, mass: 3 g, center: [1 mm, 2 mm, 3 mm], moments: [3e-6 kg*m^2, 3e-6 kg*m^2, 3e-6 kg*m^2], products: [1e-7 kg*m^2, 0 kg*m^2, 0 kg*m^2]}
+    inertia: {type: explicit, mass: 3 g, center: [1 mm, 2 mm, 3 mm],
+              moments: [3e-6 kg*m^2, 3e-6 kg*m^2, 3e-6 kg*m^2], products: [1e-7 kg*m^2, 0 kg*m^2, 0 kg*m^2]}
     initial: {angle: 45 deg, rate: 1 rad/s}
   - name: slider
     parent: hinge
@@ -65,9 +66,11 @@ bodies:
     joint: {type: free}
     shape: {type: sphere, radius: 1 cm}
     inertia: {type: solid, mass: 4.2 g}
-    initial: {position: [0 mm, 100 mm, 10 mm], orientation_rpy: [1 deg, 2 deg, 3 deg], velocity: [1 mm/s, 2 mm/s, 3 mm/s], angular_velocity: [1 rad/s, 2 rad/s, 3 rad/s]}
+    initial: {position: [0 mm, 100 mm, 10 mm], orientation_rpy: [1 deg, 2 deg, 3 deg],
+              velocity: [1 mm/s, 2 mm/s, 3 mm/s], angular_velocity: [1 rad/s, 2 rad/s, 3 rad/s]}
 contacts:
-  - {bodies: [pea, ground], stiffness: 1.3e8 N/m^3, damping: 2 s/m, friction: 0.4, rolling_resistance: 0.03, slip_speed: 2 mm/s}
+  - {bodies: [pea, ground], stiffness: 1.3e8 N/m^3, damping: 2 s/m, friction: 0.4,
+     rolling_resistance: 0.03, slip_speed: 2 mm/s}
   - {bodies: [tool, pea], stiffness: 1e8 N/m^3}
 design:
   body: tool
@@ -87,15 +90,18 @@ design:
 rollout: {horizon: 1 s, step: 2 ms, integrator: bdf2, newton_tolerance: 1e-9, newton_max_iterations: 20}
 loss:
   task:
-    - {type: crossing, body: pea, axis: y, at: 370 mm, opening_axis: x, opening_center: 1 mm, opening_half_width: 20 mm, weight: 2, length_unit: 1 cm, shortfall_weight: 3, shortfall_scale: 4 cm}
+    - {type: crossing, body: pea, axis: y, at: 370 mm, opening_axis: x, opening_center: 1 mm, opening_half_width: 20 mm,
+       weight: 2, length_unit: 1 cm, shortfall_weight: 3, shortfall_scale: 4 cm}
   distillation:
-    - {type: position_match, body: pea, axes: [x, y], sample_period: 20 ms, normalize: mean, weight: 5, length_unit: 1 cm}
+    - {type: position_match, body: pea, axes: [x, y], sample_period: 20 ms, normalize: mean, weight: 5,
+       length_unit: 1 cm}
 success: {type: crosses_opening, body: pea, axis: y, at: 370 mm, opening_axis: x, opening_half_width: 20 mm}
 variation:
   - {key: "bodies.pea.initial.position[0]", distribution: uniform, lower: -20 mm, upper: 20 mm}
   - {key: "contacts[0].friction", distribution: normal, mean: 0.4, std: 0.05, truncate_at: 2}
   - {key: "loss.task[0].opening_center", distribution: uniform, lower: -1 mm, upper: 1 mm}
-learning: {method: simple_continual, variations: 10, batch: 2, dimensions_per_batch: 1, alpha: 0.2, learning_rate: 0.5, decay: 0.4, optimizer: LD_MMA, max_evaluations: 7, seed: 9007199254740991}
+learning: {method: simple_continual, variations: 10, batch: 2, dimensions_per_batch: 1, alpha: 0.2,
+           learning_rate: 0.5, decay: 0.4, optimizer: LD_MMA, max_evaluations: 7, seed: 9007199254740991}
 evaluation: {variations: 20, seed: 12}
 )";
 
