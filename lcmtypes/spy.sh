@@ -2,7 +2,7 @@
 # lcmtypes/spy.sh [URL] [JAR…]
 #
 # Starts lcm-spy with knap's message types. URL is the run's (default: $LCM_DEFAULT_URL, then LCM's own default);
-# JAR is the knap_types.jar of build/release unless others are named.
+# JAR is build/release/bin/knap_types.jar unless others are named.
 # Debian's own start script passes an option that Java 17 refuses, hence the plain command.
 set -euo pipefail
 
@@ -15,7 +15,7 @@ esac
 url=${1:-${LCM_DEFAULT_URL:-udpm://239.255.76.67:7667?ttl=0}}
 jars=("${@:2}")
 if ((${#jars[@]} == 0)); then
-  jars=("$(dirname -- "${BASH_SOURCE[0]}")"/../build/release/*/knap_types.jar)
+  jars=("$(dirname -- "${BASH_SOURCE[0]}")"/../build/release/bin/knap_types.jar)
 fi
 for jar in "${jars[@]}"; do
   if [[ ! -f $jar ]]; then
