@@ -111,17 +111,19 @@ double EvaluateCrossingLoss(const CrossingLoss& loss, const BodyPath& path, std:
     }
     return value;
   }
-  // Never arrived: what is missing, levelling off at the scale S: weight S² d²/(S² + d²).
+  // Never arrived, by d: the lateral miss fades with d and what is missing levels off, both at the scale S:
+  //   S² (miss + shortfall_weight d²) / (S² + d²),  continuous with an arrival at d = 0.
   const double d = opening.at - path.p_W[last](y);
   const double S2 = loss.shortfall_scale * loss.shortfall_scale;
-  value += loss.shortfall_weight * S2 * d * d / (S2 + d * d) / unit2;
+  const double w = loss.shortfall_weight / unit2;
+  const double fade = S2 / (S2 + d * d);
   if (out != nullptr) {
     StateCotangent end{last, path.body, Vector3d::Zero(), Vector3d::Zero()};
-    end.p_W(x) = bar_x;
-    end.p_W(y) = -loss.shortfall_weight * 2.0 * d * S2 * S2 / ((S2 + d * d) * (S2 + d * d)) / unit2;
+    end.p_W(x) = fade * bar_x;
+    end.p_W(y) = -2.0 * d * (w * S2 - value) * fade / (S2 + d * d);
     out->push_back(end);
   }
-  return value;
+  return fade * (value + w * d * d);
 }
 
 double EvaluatePositionMatch(const PositionMatchLoss& loss, double step, const BodyPath& path,
