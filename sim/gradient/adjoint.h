@@ -30,6 +30,9 @@ struct StateCotangent {
 struct TrajectoryGradient {
   bool finite = true;
   bool solvable = true;          // every step's matrix could be factored
+  // How much cotangents grow on their way back: the largest one of any joint coordinate at any state, over the sum of
+  // what the loss put in. Large where a bounce or an edge decides the outcome.
+  double amplification = 0.0;
   Eigen::VectorXd pose0;         // of the initial pose, tangent [per m, per rad]
   Eigen::VectorXd v0;            // of the initial rates
   std::vector<Eigen::Matrix3Xd> vertices;  // for each contact: of its mesh's vertices, empty for half-spaces

@@ -171,6 +171,8 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
     out.gradient = VectorXd::Zero(d);
     if (!cotangents.empty()) {
       const TrajectoryGradient gradient = SweepAdjoint(*s.trajectory, cotangents, s.dynamics.get(), s.contacts.get());
+      out.amplification = gradient.amplification;
+      out.smooth = gradient.amplification <= kLargestSmoothAmplification;
       out.certificate.finite = out.certificate.finite && gradient.finite;
       out.certificate.converged = out.certificate.converged && gradient.solvable;
       for (const Eigen::Matrix3Xd& vertices : gradient.vertices) {

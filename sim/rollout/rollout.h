@@ -20,6 +20,10 @@
 
 namespace knap {
 
+// Beyond this the outcome hangs on a bounce or an edge: the gradient is that of the discrete trajectory all the same, but
+// it describes steps so small that neither differences nor an optimizer can use it. See docs/method.md.
+inline constexpr double kLargestSmoothAmplification = 200.0;
+
 struct RolloutInput {
   Eigen::VectorXd theta;            // d
   Eigen::VectorXd theta_reference;  // empty: task loss; d values: distillation against the trajectory at these
@@ -32,7 +36,8 @@ struct RolloutOutput {
   bool success = false;
   Eigen::VectorXd gradient;  // d, or empty
   SimulationCertificate certificate;
-  bool smooth = true;  // no event that makes the gradient doubtful: see docs/method.md
+  double amplification = 0.0;  // of the adjoint (adjoint.h); 0 without a gradient
+  bool smooth = true;          // amplification ≤ kLargestSmoothAmplification
   int steps = 0;       // whole steps simulated
 };
 
