@@ -129,6 +129,8 @@ bool Simulator::SolveStep(double time, const BdfCoefficients& c, const Simulatio
     dynamics_->Solve(r_, &dx_);
     const VectorXd scale = scale_;
     const double merit_now = merit(scale);
+    const double scaled_now = scaled;
+    bool at_floor = false;
     double length = 1.0;
     while (true) {
       xi_trial_ = xi_ - length * dx_;
@@ -136,8 +138,15 @@ bool Simulator::SolveStep(double time, const BdfCoefficients& c, const Simulatio
       if (scaled <= options.newton_tolerance) break;
       if (std::isfinite(scaled) && merit(scale) <= (1.0 - 1e-4 * length) * merit_now) break;
       length *= 0.5;
-      if (length < 1e-4) return false;
+      if (length >= 1e-4) continue;
+      // Nothing along the step is better. Near the rounding floor that is an end, elsewhere a failure.
+      if (scaled_now > kRoundingFloor) return false;
+      xi_trial_ = xi_;
+      scaled = Evaluate(time, c, *trajectory, true);
+      at_floor = true;
+      break;
     }
+    if (at_floor) break;
   }
   trajectory->certificate.worst_residual = std::max(trajectory->certificate.worst_residual, scaled);
   trajectory->Append(time + c.h, c, q_, v_, xi_trial_, vdot_);

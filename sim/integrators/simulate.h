@@ -17,6 +17,9 @@
 namespace knap {
 
 inline constexpr int kMaxSubdivisions = 8;
+// A scaled residual that no step along Newton's direction lowers any more is accepted below this: what is left is
+// rounding, which grows with the stiffness of the contact. The certificate reports it as it is.
+inline constexpr double kRoundingFloor = 1e-11;
 
 struct SimulationOptions {
   double step = 1e-3;     // [s]
