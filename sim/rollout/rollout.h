@@ -20,8 +20,8 @@
 
 namespace knap {
 
-// Beyond this the outcome hangs on a bounce or an edge: the gradient is that of the discrete trajectory all the same, but
-// it describes steps so small that neither differences nor an optimizer can use it. See docs/method.md.
+// Beyond this the outcome hangs on a bounce or an edge: the gradient is that of the discrete trajectory all the same,
+// but it describes steps so small that neither differences nor an optimizer can use it. See docs/method.md.
 inline constexpr double kLargestSmoothAmplification = 200.0;
 
 struct RolloutInput {
