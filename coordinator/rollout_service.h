@@ -18,7 +18,7 @@ struct RolloutQuery {
   bool gradient = true;                 // false: loss and success alone, the answer's gradient stays empty
 };
 
-// What the simulator says about the trust its own answer deserves [design §4].
+// What the simulator says about the trust its own answer deserves [docs/method.md].
 struct RolloutCertificate {
   bool finite = false;               // every number of the answer is finite
   bool converged = false;            // every step met its Newton tolerance

@@ -1,4 +1,4 @@
-// How the program ends [design §6].
+// How the program ends [README.md].
 #pragma once
 
 #include <functional>

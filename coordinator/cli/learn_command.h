@@ -1,4 +1,4 @@
-// knap learn: learns a tool on a cluster and leaves a run directory behind [design §6].
+// knap learn: learns a tool on a cluster and leaves a run directory behind [README.md].
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -1,4 +1,4 @@
-// The loss of one batch and its gradient [paper §IV.B; design §3]:
+// The loss of one batch and its gradient [paper §IV.B; docs/method.md]:
 //
 //   L(theta) = 1/|B| sum_{i in B} loss(theta; T_i)  +  alpha/|D| sum_{i in D} distill(theta, theta_ref; T_i)
 //

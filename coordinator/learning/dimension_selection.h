@@ -1,5 +1,5 @@
 // Which parameters move in a batch, and how far: the paper's dimensionality reduction [paper §IV.B, "Simplifying
-// Optimization with Dimensionality Reduction"; design §3].
+// Optimization with Dimensionality Reduction"; docs/method.md].
 //
 //   S_t = the d' dimensions i, not used since the last restart, with the largest |g_i|,
 //         g_i = dL_task/dtheta_i (theta_{t-1}) · (upper_i - lower_i)

@@ -1,4 +1,4 @@
-// How good a design is on variations it never saw [design §3.7].
+// How good a design is on variations it never saw [docs/method.md].
 #pragma once
 
 #include <cstdint>

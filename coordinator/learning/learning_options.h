@@ -1,4 +1,4 @@
-// The hyperparameters of learning. [paper §IV and Table I of its appendix; design §3]
+// The hyperparameters of learning. [paper §IV and Table I of its appendix; docs/method.md]
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// Learns theta over a sequence of batches of task variations [paper §IV.B and Baselines of §V; design §3].
+// Learns theta over a sequence of batches of task variations [paper §IV.B and Baselines of §V; docs/method.md].
 //
 // Methods, for batches t = 1 … T of M training variations each (T = ceil(N/M), variation indices in order):
 //  ours              theta_t = argmin L_task + alpha L_distill over the chosen d' dimensions (dimension_selection.h) in

@@ -1,4 +1,4 @@
-// result.json, the outcome of a run, and the fuller evaluation.json beside it [design §6].
+// result.json, the outcome of a run, and the fuller evaluation.json beside it [README.md].
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ struct ResultDocument {
   double wall_s = 0.0;
 };
 
-// Schema 1 of design §6, members in its order. Throws std::invalid_argument when the document contradicts itself.
+// Schema 1, members in a fixed order. Throws std::invalid_argument when the document contradicts itself.
 nlohmann::ordered_json MakeResultJson(const ResultDocument& document);
 
 // One TestSummary in full: the schema's three figures, worst decile, 95% intervals, counts of untrusted rollouts.

@@ -1,4 +1,4 @@
-// The folder of one run and the files in it that are written whole [design §6]. The growing ones are in run_logs.h and
+// The folder of one run and the files in it that are written whole [README.md]. The growing ones are in run_logs.h and
 // journal.h.
 //
 //   config.yaml  run.json  journal  metrics.csv  rollouts.csv  events.jsonl  result.json  evaluation.json  tool/

@@ -1,4 +1,4 @@
-// The run's growing files: metrics.csv, rollouts.csv and events.jsonl [design §6].
+// The run's growing files: metrics.csv, rollouts.csv and events.jsonl [README.md].
 //
 // Each row reaches the kernel before the call returns, so a killed program loses none. Numbers are written in the
 // shortest form that reads back to the same bits; a rejected evaluation shows inf. Failures throw std::system_error.

@@ -20,7 +20,7 @@
 
 namespace knap {
 
-// Beyond this the outcome hangs on a bounce or an edge: the gradient is that of the discrete trajectory all the same, but
+// Beyond this the outcome hangs on a bounce or an edge: the gradient is still that of the discrete trajectory, but
 // it describes steps so small that neither differences nor an optimizer can use it. See docs/method.md.
 inline constexpr double kLargestSmoothAmplification = 1000.0;
 
