@@ -77,15 +77,15 @@ TEST_F(PushingConfig, StartsInTheSquareAndAimsAtTheOpening) {
   ASSERT_EQ(scene_.variation.size(), 2u);
   const auto& x = std::get<UniformDistribution>(scene_.variation[0].distribution);
   const auto& y = std::get<UniformDistribution>(scene_.variation[1].distribution);
-  EXPECT_LE(x.lower, -0.02);
-  EXPECT_GE(x.upper, 0.02);
+  EXPECT_EQ(x.lower, -0.042);
+  EXPECT_EQ(x.upper, 0.042);
   EXPECT_EQ(y.lower, 0.08);
   EXPECT_EQ(y.upper, 0.12);
   const Opening& loss = std::get<CrossingLoss>(scene_.loss.task.at(0)).opening;
   const Opening& success = std::get<CrossesOpening>(*scene_.success).opening;
   EXPECT_EQ(loss.at, success.at);
-  EXPECT_LE(loss.opening_half_width, success.opening_half_width);  // the loss aims inside the opening
-  EXPECT_LE(success.opening_half_width, 0.02);
+  EXPECT_EQ(loss.opening_half_width, 0.004);  // the loss aims inside the opening
+  EXPECT_EQ(success.opening_half_width, 0.008);
 }
 
 }  // namespace
