@@ -1,6 +1,7 @@
 #include "sim/gradient/adjoint.h"
 
-#include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "sim/math/check.h"
 
@@ -61,8 +62,8 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
   JointCotangents by_loss = by_residual;
   std::vector<BodyCotangent> bodies(tree.size());
   auto next = cotangents.rbegin();
-  double injected = 0.0;
-  double largest = 0.0;
+  constexpr double kEps = std::numeric_limits<double>::epsilon();
+  double rounding_squared = 0.0;
 
   for (int k = trajectory.size() - 1; k >= 0; --k) {
     q = trajectory.q(k);
@@ -79,13 +80,12 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
         b.eta.tail<3>() += kin.X_WB.R.transpose() * next->p_W;
         b.eta.head<3>() += kin.V.tail<3>().cross(bar_v_B);
         b.V.tail<3>() += bar_v_B;
-        injected += next->p_W.norm();
       }
       dynamics->PullBackKinematics(&bodies, &by_loss);
       bar_pose += by_loss.pose;
       bar_v += by_loss.v;
     }
-    largest = std::max(largest, bar_pose.cwiseAbs().maxCoeff());
+    rounding_squared += (kEps * kEps) * bar_pose.squaredNorm();
     if (k == 0) break;
 
     const BdfCoefficients& c = trajectory.coefficients(k);
@@ -98,6 +98,9 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
     g = bar_xi + c.c_v * bar_v;
     AddRightJacobianTransposed(tree, xi, bar_pose, &g);
     dynamics->SolveTransposed(g, &lambda);
+    const double left_by_newton = lambda.dot(r);
+    rounding_squared +=
+        left_by_newton * left_by_newton + (kEps * kEps) * lambda.cwiseProduct(magnitude).squaredNorm();
     dynamics->PullBackResidual(lambda, &by_residual);
     // r = … − f_ext, and the step's equation contributes −lambdaᵀ dr: the wrench's cotangent is +W.
     contacts->PullBackVertices(*dynamics, dynamics->virtual_twists(), &out.vertices);
@@ -108,7 +111,7 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
     bar_v = bar_v_before - c.g1 * by_residual.vdot;
     bar_v_before = -c.g2 * by_residual.vdot;
   }
-  out.amplification = injected > 0.0 ? largest / injected : 0.0;
+  out.loss_rounding = std::sqrt(rounding_squared);
   out.pose0 = bar_pose;
   out.v0 = bar_v;
   out.finite = out.pose0.allFinite() && out.v0.allFinite();
