@@ -96,8 +96,8 @@ std::string FormatRecord(const RolloutRecord& record) {
   fmt::format_to(out, "time       {:.1f} ms forward, {:.1f} ms gradient\n", 1e3 * record.forward_s,
                  1e3 * record.gradient_s);
   fmt::format_to(out,
-                 "certified  finite {}, converged {}, smooth {} (rounding moves the loss by {:.1e}); worst residual {:.1e}, {} "
-                 "steps subdivided, {} contact onsets\n",
+                 "certified  finite {}, converged {}, smooth {} (rounding moves the loss by {:.1e}); worst residual "
+                 "{:.1e}, {} steps subdivided, {} contact onsets\n",
                  yes(output.certificate.finite), yes(output.certificate.converged), yes(output.smooth),
                  output.loss_rounding, output.certificate.worst_residual, output.certificate.subdivided_steps,
                  output.certificate.contact_onsets);
