@@ -17,6 +17,7 @@
 
 #include "knap/preflight_t.hpp"
 #include "lcmtypes/wire/multicast.h"
+#include "tests/support/catch_line.h"
 
 namespace knap {
 namespace {
@@ -26,15 +27,6 @@ using ::testing::HasSubstr;
 constexpr std::int64_t kSecond = 1'000'000;
 
 std::vector<std::uint8_t> MakeBytes(const std::string& text) { return {text.begin(), text.end()}; }
-
-std::string CatchLine(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const std::exception& e) {
-    return e.what();
-  }
-  return "nothing was thrown";
-}
 
 // Sends bare datagrams to a bus, as a stranger or a broken program would.
 class RawSender {
