@@ -23,6 +23,11 @@ Dynamics::Dynamics(const Tree& tree) : tree_(&tree) {
   bars_.resize(n);
   S_.resize(n);
   dynamic_.resize(n);
+  slot_.assign(n, -1);
+  coupled_.reserve(n);
+  coupling_s_.resize(n);
+  coupling_x_.setZero(tree.nv());
+  zero_.setZero(tree.nv());
   for (int i = 0; i < n; ++i) {
     const TreeBody& body = tree.bodies()[i];
     dynamic_[i] = tree.IsDynamic(i);
@@ -50,6 +55,7 @@ Dynamics::Dynamics(const Tree& tree) : tree_(&tree) {
 void Dynamics::CalcKinematics(const VectorXd& q, const VectorXd& v, const VectorXd& vdot, double time) {
   Vector6d A_world = Vector6d::Zero();
   A_world.tail<3>() = -tree_->gravity;
+  cross_.clear();
   for (int i = 0; i < tree_->size(); ++i) {
     const TreeBody& body = tree_->bodies()[i];
     BodyKinematics& k = kinematics_[i];
@@ -169,7 +175,7 @@ bool Dynamics::Factor(const VectorXd& xi, double c_v, double c_a) {
     }
     if (!ok) return false;
   }
-  return true;
+  return FactorCoupling();
 }
 
 template <int n>
@@ -242,9 +248,8 @@ void Dynamics::PullBackPerturbation(int i, const Vector18d& bar_z, Vector18d* ba
   bar_z_parent->tail<6>() += ShiftWrench(k.X_PB, bar_z.tail<6>());
 }
 
-void Dynamics::Solve(const VectorXd& rhs, VectorXd* x) {
+void Dynamics::SolveTree(const VectorXd& rhs, VectorXd* x) {
   const int count = tree_->size();
-  for (int i = 0; i < count; ++i) b_[i].setZero();
   // Tips to root: with dF = P z + b and S^T dF = rhs, the joint's own part is y = M⁻¹ (rhs − Sᵀ b).
   for (int i = count - 1; i >= 0; --i) {
     if (!dynamic_[i]) continue;
@@ -277,10 +282,9 @@ void Dynamics::Solve(const VectorXd& rhs, VectorXd* x) {
   }
 }
 
-void Dynamics::SolveTransposed(const VectorXd& rhs, VectorXd* x) {
-  // The two passes of Solve, transposed and in the opposite order. z_ and b_ hold the cotangents of z and b.
+void Dynamics::SolveTreeTransposed(const VectorXd& rhs, VectorXd* x) {
+  // The two passes of SolveTree, transposed and in the opposite order. z_ and b_ hold the cotangents of z and b.
   const int count = tree_->size();
-  for (int i = 0; i < count; ++i) z_[i].setZero();
   for (int i = count - 1; i >= 0; --i) {
     if (!dynamic_[i]) continue;
     const TreeBody& body = tree_->bodies()[i];
@@ -313,6 +317,72 @@ void Dynamics::SolveTransposed(const VectorXd& rhs, VectorXd* x) {
   }
 }
 
+bool Dynamics::FactorCoupling() {
+  for (const int i : coupled_) slot_[i] = -1;
+  coupled_.clear();
+  for (const CrossWrench& c : cross_) {
+    if (dynamic_[c.body] && dynamic_[c.other]) slot_[c.body] = 0;
+  }
+  for (int i = 0; i < tree_->size(); ++i) {
+    if (slot_[i] < 0) continue;
+    slot_[i] = static_cast<int>(coupled_.size());
+    coupled_.push_back(i);
+  }
+  if (coupled_.empty()) return true;
+  coupling_.Resize(6 * static_cast<int>(coupled_.size()));
+  for (const int body : coupled_) {
+    for (int k = 0; k < 6; ++k) {
+      // A unit wrench on the body, k-th component: column of J_tree⁻¹ U.
+      const int column = 6 * slot_[body] + k;
+      for (Vector6d& b : b_) b.setZero();
+      b_[body](k) = -1.0;
+      SolveTree(zero_, &coupling_x_);
+      CalcCoupling();
+      for (std::size_t slot = 0; slot < coupled_.size(); ++slot) {
+        for (int row = 0; row < 6; ++row) coupling_(6 * static_cast<int>(slot) + row, column) = -coupling_s_[slot](row);
+      }
+      coupling_(column, column) += 1.0;
+    }
+  }
+  return coupling_.Factor();
+}
+
+// coupling_s_ = V z: what the perturbations of other bodies do to the wrench on each coupled one.
+void Dynamics::CalcCoupling() {
+  for (std::size_t slot = 0; slot < coupled_.size(); ++slot) coupling_s_[slot].setZero();
+  for (const CrossWrench& c : cross_) {
+    if (!dynamic_[c.body] || !dynamic_[c.other]) continue;
+    coupling_s_[slot_[c.body]] += c.dF_deta * z_[c.other].head<6>() + c.dF_dV * z_[c.other].segment<6>(6);
+  }
+}
+
+void Dynamics::Solve(const VectorXd& rhs, VectorXd* x) {
+  for (Vector6d& b : b_) b.setZero();
+  SolveTree(rhs, x);
+  if (coupled_.empty()) return;
+  CalcCoupling();
+  coupling_.Solve(coupling_s_.data()->data());
+  for (Vector6d& b : b_) b.setZero();
+  for (const int body : coupled_) b_[body] = -coupling_s_[slot_[body]];
+  SolveTree(rhs, x);
+}
+
+void Dynamics::SolveTransposed(const VectorXd& rhs, VectorXd* x) {
+  for (Vector18d& z : z_) z.setZero();
+  SolveTreeTransposed(rhs, x);
+  if (coupled_.empty()) return;
+  for (const int body : coupled_) coupling_s_[slot_[body]] = -b_[body];
+  coupling_.SolveTransposed(coupling_s_.data()->data());
+  for (Vector18d& z : z_) z.setZero();
+  for (const CrossWrench& c : cross_) {
+    if (!dynamic_[c.body] || !dynamic_[c.other]) continue;
+    const Vector6d& t = coupling_s_[slot_[c.body]];
+    z_[c.other].head<6>() += c.dF_deta.transpose() * t;
+    z_[c.other].segment<6>(6) += c.dF_dV.transpose() * t;
+  }
+  SolveTreeTransposed(rhs, x);
+}
+
 void Dynamics::PullBackResidual(const VectorXd& lambda, JointCotangents* out) {
   const int count = tree_->size();
   for (int i = 0; i < count; ++i) {
@@ -325,6 +395,11 @@ void Dynamics::PullBackResidual(const VectorXd& lambda, JointCotangents* out) {
     bars_[i].eta = -external_[i].dF_deta.transpose() * W_[i];
     bars_[i].V = CalcVelocityJacobian(i).transpose() * W_[i];
     bars_[i].A = body.M * W_[i];
+  }
+  for (const CrossWrench& c : cross_) {
+    if (!dynamic_[c.body]) continue;
+    bars_[c.other].eta -= c.dF_deta.transpose() * W_[c.body];
+    bars_[c.other].V -= c.dF_dV.transpose() * W_[c.body];
   }
   PullBackKinematics(&bars_, out);
   for (int i = 0; i < count; ++i) {

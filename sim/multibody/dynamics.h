@@ -10,12 +10,19 @@
 // dv = c_v dxi and dvdot = c_a dxi multiples of one unknown. The subtree's wrench is linear in it, dF_i = P_i z_i + b_i
 // with P_i 6×18, so eliminating the joints from the tips to the root solves the Newton system exactly, as the
 // articulated-body algorithm does for forces [Featherstone 2008, ch. 7]; the transpose of both passes solves the
-// adjoint. Contact with fixed or prescribed bodies enters P through the derivatives of f_ext.
+// adjoint. A wrench on body b enters P through its derivatives in b's own perturbation. Where it also hangs on another
+// body o, dF_b = D z_o, the matrix is the tree's less a term of rank 6 for each such b:
+//
+//   J = J_tree − U V,   U = [Φ_bᵀ],   V = [Σ_o D z_o]          Φ_b: joint rates to the twist of b
+//   J⁻¹ rhs = J_tree⁻¹ (rhs + U s),   (1 − V J_tree⁻¹ U) s = V J_tree⁻¹ rhs            [Woodbury; Golub & Van Loan 2013]
+//
+// so that six more passes over the tree for each b that hangs on others, and two a solve, keep everything exact.
 #pragma once
 
 #include <Eigen/Dense>
 #include <vector>
 
+#include "sim/math/dense_lu.h"
 #include "sim/multibody/tree.h"
 
 namespace knap {
@@ -34,6 +41,16 @@ struct BodyKinematics {
 struct ExternalWrench {
   Vector6d F = Vector6d::Zero();
   double moment_scale = 0.0;  // sum of force × lever over the forces that F's moment sums [N m]
+  Matrix6d dF_deta = Matrix6d::Zero();
+  Matrix6d dF_dV = Matrix6d::Zero();
+};
+
+// How the wrench on `body` (about its Bo, in its B) moves with the perturbation of `other`, which lies anywhere in the
+// forest. Only dynamic bodies have equations, so nothing comes of a `body` that is not; an `other` that is not dynamic
+// adds nothing to the matrix.
+struct CrossWrench {
+  int body = 0;
+  int other = 0;
   Matrix6d dF_deta = Matrix6d::Zero();
   Matrix6d dF_dV = Matrix6d::Zero();
 };
@@ -64,6 +81,8 @@ class Dynamics {
 
   // To be filled by the caller after CalcKinematics; one for each body.
   std::vector<ExternalWrench>& external() { return external_; }
+  // Likewise; emptied by CalcKinematics. Several entries of one pair add up.
+  std::vector<CrossWrench>& cross() { return cross_; }
 
   // r, and for each row the sum of the magnitudes of its terms, against which the residual is judged. Accelerations are
   // differences of rates over a step, so rounding leaves in them a part of `rate` [1/s] times the momentum: it counts
@@ -71,7 +90,8 @@ class Dynamics {
   void CalcResidual(const Eigen::VectorXd& v, double rate, Eigen::VectorXd* r, Eigen::VectorXd* magnitude);
 
   // Linearises at the current kinematics and external wrenches. xi is the pose increment over the step, c_v = dv/dxi,
-  // c_a = dvdot/dxi [1/s, 1/s²]. Needs CalcResidual before. False when a joint's pivot is singular or not finite.
+  // c_a = dvdot/dxi [1/s, 1/s²]. Needs CalcResidual before. False when a pivot is singular or not finite. Allocates
+  // only when there are more coupled bodies than ever before.
   bool Factor(const Eigen::VectorXd& xi, double c_v, double c_a);
 
   // J x = rhs, with J = dr/dxi of the last Factor.
@@ -104,6 +124,12 @@ class Dynamics {
 
   template <int n>
   bool FactorJoint(int i, const Eigen::VectorXd& xi, double c_v, double c_a);
+  bool FactorCoupling();
+  void CalcCoupling();
+  // The tree's own solves. SolveTree takes the constant wrenches in b_ and leaves the perturbations in z_; the transposed
+  // one takes cotangents of z in z_ and leaves minus the virtual twists in b_. Both overwrite both.
+  void SolveTree(const Eigen::VectorXd& rhs, Eigen::VectorXd* x);
+  void SolveTreeTransposed(const Eigen::VectorXd& rhs, Eigen::VectorXd* x);
   Matrix6d CalcVelocityJacobian(int i) const;
   Vector18d CarryPerturbation(int i, const Vector18d& z_parent) const;
   void PullBackPerturbation(int i, const Vector18d& bar_z, Vector18d* bar_z_parent) const;
@@ -120,6 +146,13 @@ class Dynamics {
   std::vector<Vector18d> z_;
   std::vector<Vector6d> W_;
   std::vector<BodyCotangent> bars_;
+  std::vector<CrossWrench> cross_;
+  std::vector<int> slot_;           // of a body: which six rows of the coupling are its own, −1 none
+  std::vector<int> coupled_;        // the bodies with a slot, in the order of their indices
+  DenseLu coupling_;                // 1 − V J_tree⁻¹ U, 6 rows a slot
+  Eigen::VectorXd zero_;            // nv
+  Eigen::VectorXd coupling_x_;      // scratch, nv
+  std::vector<Vector6d> coupling_s_;  // a slot's part of s, and of its transposed twin
 };
 
 }  // namespace knap

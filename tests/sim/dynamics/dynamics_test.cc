@@ -49,6 +49,19 @@ class RandomTree {
     external_slope.resize(tree.size());
     for (auto& m : external_slope) m = Eigen::Matrix<double, 6, 6>::NullaryExpr([&] { return U(); });
   }
+  // `count` wrenches between any two bodies, those without freedom and one body with itself included.
+  void Couple(int count) {
+    for (int i = 0; i < count; ++i) {
+      Coupling c;
+      c.body = static_cast<int>(generator_() % tree.size());
+      c.other = static_cast<int>(generator_() % tree.size());
+      c.by_position = Eigen::Matrix<double, 6, 3>::NullaryExpr([&] { return 30.0 * U(); });
+      c.by_turn = Eigen::Matrix<double, 6, 3>::NullaryExpr([&] { return 30.0 * U(); });
+      c.by_twist = Matrix6d::NullaryExpr([&] { return 3.0 * U(); });
+      c.marker = Vec();
+      couplings.push_back(c);
+    }
+  }
   double U() { return std::uniform_real_distribution<double>(-1.0, 1.0)(generator_); }
   Vector3d Vec() { return Vector3d(U(), U(), U()); }
 
@@ -56,6 +69,16 @@ class RandomTree {
   VectorXd q;  // at the step's start
   VectorXd xi_prev;
   VectorXd xi;
+  // F_body += by_position p_WO + by_turn R_WO marker + by_twist V_O, with O the other body.
+  struct Coupling {
+    int body = 0;
+    int other = 0;
+    Eigen::Matrix<double, 6, 3> by_position;
+    Eigen::Matrix<double, 6, 3> by_turn;
+    Matrix6d by_twist;
+    Vector3d marker;
+  };
+  std::vector<Coupling> couplings;
   std::vector<Matrix6d> external_slope;  // an outside wrench linear in the twist, so that dF_dV is exercised
 
  private:
@@ -80,6 +103,15 @@ VectorXd EvalResidual(const RandomTree& test, Dynamics* dynamics, const Point& a
     dynamics->external()[i].F = test.external_slope[i] * dynamics->kinematics()[i].V;
     dynamics->external()[i].dF_dV = test.external_slope[i];
   }
+  for (const RandomTree::Coupling& c : test.couplings) {
+    const BodyKinematics& other = dynamics->kinematics()[c.other];
+    dynamics->external()[c.body].F +=
+        c.by_position * other.X_WB.p + c.by_turn * (other.X_WB.R * c.marker) + c.by_twist * other.V;
+    CrossWrench cross{c.body, c.other, Matrix6d::Zero(), c.by_twist};
+    cross.dF_deta.leftCols<3>() = -c.by_turn * other.X_WB.R * Skew(c.marker);
+    cross.dF_deta.rightCols<3>() = c.by_position * other.X_WB.R;
+    dynamics->cross().push_back(cross);
+  }
   VectorXd r(test.tree.nv());
   VectorXd magnitude(test.tree.nv());
   dynamics->CalcResidual(at.v, 0.0, &r, &magnitude);
@@ -95,6 +127,7 @@ class DynamicsTest : public testing::TestWithParam<int> {};
 
 TEST_P(DynamicsTest, SolvesEqualTheDenseFactorisationOfDifferences) {
   RandomTree test(GetParam());
+  test.Couple(GetParam() % 5);  // every fifth tree has none
   Dynamics dynamics(test.tree);
   const int nv = test.tree.nv();
   MatrixXd J(nv, nv);
@@ -124,6 +157,7 @@ TEST_P(DynamicsTest, SolvesEqualTheDenseFactorisationOfDifferences) {
 
 TEST_P(DynamicsTest, PullBackEqualsDifferences) {
   RandomTree test(100 + GetParam());
+  test.Couple(GetParam() % 5);
   Dynamics dynamics(test.tree);
   const int nv = test.tree.nv();
   const Point at = PointAt(test, test.xi);
