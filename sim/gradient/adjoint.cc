@@ -81,7 +81,7 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
         b.V.tail<3>() += bar_v_B;
         injected += next->p_W.norm();
       }
-      dynamics->PullBackKinematics(&bodies, &by_loss);
+      dynamics->PullBackKinematics(&bodies, &by_loss, nullptr);
       bar_pose += by_loss.pose;
       bar_v += by_loss.v;
     }
@@ -90,7 +90,7 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
 
     const BdfCoefficients& c = trajectory.coefficients(k);
     contacts->AddWrenches(dynamics, true);
-    dynamics->CalcResidual(v, c.g0, &r, &magnitude);
+    dynamics->CalcResidual(c.g0, &r, &magnitude);
     if (!dynamics->Factor(xi, c.c_v, c.g0 * c.c_v)) {
       out.solvable = false;
       break;
@@ -98,7 +98,7 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
     g = bar_xi + c.c_v * bar_v;
     AddRightJacobianTransposed(tree, xi, bar_pose, &g);
     dynamics->SolveTransposed(g, &lambda);
-    dynamics->PullBackResidual(lambda, &by_residual);
+    dynamics->PullBackResidual(lambda, &by_residual, nullptr);
     // r = … − f_ext, and the step's equation contributes −lambdaᵀ dr: the wrench's cotangent is +W.
     contacts->PullBackVertices(*dynamics, dynamics->virtual_twists(), &out.vertices);
 

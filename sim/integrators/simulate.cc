@@ -91,7 +91,7 @@ double Simulator::Evaluate(double time, const BdfCoefficients& c, const Trajecto
   dynamics_->tree().AddIncrement(trajectory.q(k), xi_trial_, &q_);
   dynamics_->CalcKinematics(q_, v_, vdot_, time + c.h);
   contacts_->AddWrenches(dynamics_, want_jacobian);
-  dynamics_->CalcResidual(v_, c.g0, &r_, &magnitude_);
+  dynamics_->CalcResidual(c.g0, &r_, &magnitude_);
   scale_.setZero();
   for (Eigen::Index row = 0; row < r_.size(); ++row) {
     double& joint_scale = scale_(joint_of_row_[row]);

@@ -3,7 +3,9 @@
 // With T_i the twist, A_i its componentwise rate (gravity enters as the acceleration of the world), body i needs the
 // wrench f_i = M A_i + crf(V_i) M V_i − f_ext, its subtree F_i = f_i + Σ_children Xᵀ F_c, and the joint equations are
 //
-//   r_i = S_iᵀ F_i + damping v_i = 0                                                        (nv equations)
+//   r_i = S_iᵀ F_i − tau_i = 0                                                               (nv equations)
+//
+// with tau the joint's own forces (joint_forces.h).
 //
 // A perturbation of body i is the 18-vector z = (eta, dV, dA): eta the twist of its pose error in B. It is linear in
 // the parent's and in the joint's own increment, z_i = T z_p + U dxi, because implicit integration makes d = Jr dxi,
@@ -28,6 +30,7 @@
 namespace knap {
 
 struct BodyKinematics {
+  Pose X_FB;
   Pose X_PB;
   Pose X_WB;
   Vector6d V_joint = Vector6d::Zero();   // twist of B in F [B]
@@ -69,13 +72,35 @@ struct BodyCotangent {
   Vector6d A = Vector6d::Zero();
 };
 
+// Cotangents of one body's parameters.
+struct BodyParameterCotangent {
+  Vector6d placement = Vector6d::Zero();  // of X_PF: of the twist of its error, in F
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();  // within the plane normal to it; revolute and prismatic
+  double mass = 0.0;
+  Eigen::Vector3d first_moment = Eigen::Vector3d::Zero();     // of m p_BoBcm_B
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();          // of I_BBo_B: symmetric, pairs as Σ inertia(i,j) dI(i,j)
+  JointLawCotangent law;
+};
+
+// Cotangents of all that a tree is made of, and of the controls.
+struct ParameterCotangents {
+  explicit ParameterCotangents(const Tree& tree)
+      : bodies(tree.size()), controls(Eigen::VectorXd::Zero(tree.num_controls())) {}
+  std::vector<BodyParameterCotangent> bodies;
+  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
+  Eigen::VectorXd controls;
+};
+
 class Dynamics {
  public:
   explicit Dynamics(const Tree& tree);
 
   const Tree& tree() const { return *tree_; }
 
-  // Poses, twists and accelerations of all bodies at one time. No allocation.
+  // One value an actuator, to be set before CalcKinematics; zero at first.
+  Eigen::VectorXd& controls() { return controls_; }
+
+  // Poses, twists and accelerations of all bodies at one time, and the joints' own forces. No allocation.
   void CalcKinematics(const Eigen::VectorXd& q, const Eigen::VectorXd& v, const Eigen::VectorXd& vdot, double time);
   const std::vector<BodyKinematics>& kinematics() const { return kinematics_; }
 
@@ -87,7 +112,7 @@ class Dynamics {
   // r, and for each row the sum of the magnitudes of its terms, against which the residual is judged. Accelerations are
   // differences of rates over a step, so rounding leaves in them a part of `rate` [1/s] times the momentum: it counts
   // as a term too.
-  void CalcResidual(const Eigen::VectorXd& v, double rate, Eigen::VectorXd* r, Eigen::VectorXd* magnitude);
+  void CalcResidual(double rate, Eigen::VectorXd* r, Eigen::VectorXd* magnitude);
 
   // Linearises at the current kinematics and external wrenches. xi is the pose increment over the step, c_v = dv/dxi,
   // c_a = dvdot/dxi [1/s, 1/s²]. Needs CalcResidual before. False when a pivot is singular or not finite. Allocates
@@ -99,13 +124,16 @@ class Dynamics {
   // Jᵀ x = rhs.
   void SolveTransposed(const Eigen::VectorXd& rhs, Eigen::VectorXd* x);
 
-  // Cotangents of lambdaᵀ r in the joint quantities; leaves in virtual_twists() the twist W_i that lambda gives body i,
-  // so that −W_i is the cotangent of the external wrench on it. Needs CalcResidual before.
-  void PullBackResidual(const Eigen::VectorXd& lambda, JointCotangents* out);
+  // Cotangents of lambdaᵀ r in the joint quantities, and added to *parameters (may be null) those in all parameters.
+  // Leaves in virtual_twists() the twist W_i that lambda gives body i, so that −W_i is the cotangent of the external
+  // wrench on it. Needs CalcResidual before.
+  void PullBackResidual(const Eigen::VectorXd& lambda, JointCotangents* out, ParameterCotangents* parameters);
   const std::vector<Vector6d>& virtual_twists() const { return W_; }
 
-  // Joint cotangents of given body cotangents; bodies is overwritten.
-  void PullBackKinematics(std::vector<BodyCotangent>* bodies, JointCotangents* out) const;
+  // Joint cotangents of given body cotangents, and added to *parameters (may be null) those in placements, axes and
+  // gravity; bodies is overwritten.
+  void PullBackKinematics(std::vector<BodyCotangent>* bodies, JointCotangents* out,
+                          ParameterCotangents* parameters) const;
 
  private:
   using Matrix6x18 = Eigen::Matrix<double, 6, 18>;
@@ -134,7 +162,18 @@ class Dynamics {
   Vector18d CarryPerturbation(int i, const Vector18d& z_parent) const;
   void PullBackPerturbation(int i, const Vector18d& bar_z, Vector18d* bar_z_parent) const;
 
+  void CalcJointForces();
+  // Both pull-backs; `lambda` null for one of kinematics alone.
+  void PullBackTree(const Eigen::VectorXd* lambda, std::vector<BodyCotangent>* bodies, JointCotangents* out,
+                    ParameterCotangents* parameters) const;
+  void PullBackJointForces(const Eigen::VectorXd& lambda, JointCotangents* out, ParameterCotangents* parameters) const;
+  void PullBackInertia(int i, BodyParameterCotangent* out) const;
+
   const Tree* tree_;
+  Eigen::VectorXd controls_;
+  Eigen::VectorXd q_, v_, vdot_;  // as given to CalcKinematics
+  std::vector<JointForce> joint_forces_;
+  Eigen::VectorXd by_control_;  // dtau/du of each actuator
   std::vector<bool> dynamic_;
   std::vector<Eigen::Matrix<double, 6, 3>> S_;
   std::vector<BodyKinematics> kinematics_;

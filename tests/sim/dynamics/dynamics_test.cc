@@ -26,7 +26,7 @@ class RandomTree {
       if (i == 0) body.joint = JointType::kBall;
       body.X_PF = {ExpSo3(Vec()).toRotationMatrix(), Vec()};
       body.axis = Vec().normalized();
-      body.damping = 0.3 * (1.0 + U());
+      body.law.damping = 0.3 * (1.0 + U());
       body.motion = [](double t) {
         PrescribedState s;
         s.X_FB.p = Vector3d(std::sin(t), t * t, 0.0);
@@ -114,7 +114,7 @@ VectorXd EvalResidual(const RandomTree& test, Dynamics* dynamics, const Point& a
   }
   VectorXd r(test.tree.nv());
   VectorXd magnitude(test.tree.nv());
-  dynamics->CalcResidual(at.v, 0.0, &r, &magnitude);
+  dynamics->CalcResidual(0.0, &r, &magnitude);
   EXPECT_TRUE((r.cwiseAbs().array() <= magnitude.array() + 1e-12).all());
   return r;
 }
@@ -164,7 +164,7 @@ TEST_P(DynamicsTest, PullBackEqualsDifferences) {
   const VectorXd lambda = VectorXd::NullaryExpr(nv, [&] { return test.U(); });
   EvalResidual(test, &dynamics, at);
   JointCotangents bars{VectorXd(nv), VectorXd(nv), VectorXd(nv)};
-  dynamics.PullBackResidual(lambda, &bars);
+  dynamics.PullBackResidual(lambda, &bars, nullptr);
   const double step = 1e-5;
   const auto difference = [&](const Point& plus, const Point& minus) {
     return (lambda.dot(EvalResidual(test, &dynamics, plus)) - lambda.dot(EvalResidual(test, &dynamics, minus))) /
