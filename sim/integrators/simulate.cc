@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "sim/math/check.h"
+
 namespace knap {
 
 using Eigen::VectorXd;
@@ -46,9 +48,16 @@ Simulator::Simulator(Dynamics* dynamics, ContactModel* contacts) : dynamics_(dyn
   }
 }
 
-Trajectory Simulator::Run(const VectorXd& q0, const VectorXd& v0, const SimulationOptions& options) {
+Trajectory Simulator::Run(const VectorXd& q0, const VectorXd& v0, const SimulationOptions& options,
+                          const ControlSequence& controls) {
   const Tree& tree = dynamics_->tree();
+  const bool controlled = controls.values.size() > 0;
+  KNAP_CHECK(!controlled || (controls.values.rows() == tree.num_controls() && controls.steps_per_interval > 0),
+             "controls of {} actuators, {} steps an interval; the tree has {}", controls.values.rows(),
+             controls.steps_per_interval, tree.num_controls());
   Trajectory trajectory(tree.nq(), tree.nv());
+  trajectory.controls = controls;
+  dynamics_->controls().setZero();
   trajectory.Reserve(options.steps + 1);
   trajectory.Append(0.0, BdfCoefficients{}, q0, v0, zero_, zero_);
   trajectory.state_of_step_.push_back(0);
@@ -59,6 +68,7 @@ Trajectory Simulator::Run(const VectorXd& q0, const VectorXd& v0, const Simulati
   trajectory.certificate.contact_onsets = 0;  // what touches from the start has no onset
   for (int n = 0; n < options.steps; ++n) {
     const int states_before = trajectory.size();
+    if (controlled) dynamics_->controls() = controls.values.col(controls.IntervalOfStep(n));
     // Times are multiples of the step, not sums, so that they do not drift.
     const double time = n * options.step;
     if (!Advance(time, options.step, 0, options, &trajectory)) {

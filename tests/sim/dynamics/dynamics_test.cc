@@ -4,86 +4,14 @@
 
 #include <gtest/gtest.h>
 
-#include <random>
+#include "tests/sim/dynamics/random_tree.h"
 
 namespace knap {
 namespace {
 
 using Eigen::MatrixXd;
-using Eigen::Vector3d;
 using Eigen::VectorXd;
-
-class RandomTree {
- public:
-  explicit RandomTree(std::uint64_t seed) : generator_(seed) {
-    const int count = 3 + static_cast<int>(generator_() % 5);
-    for (int i = 0; i < count; ++i) {
-      TreeBody body;
-      body.parent = i == 0 ? -1 : static_cast<int>(generator_() % (i + 1)) - 1;
-      const JointType kinds[] = {JointType::kRevolute, JointType::kPrismatic,  JointType::kTranslation,
-                                 JointType::kBall,     JointType::kPrescribed, JointType::kFixed};
-      body.joint = kinds[generator_() % 6];
-      if (i == 0) body.joint = JointType::kBall;
-      body.X_PF = {ExpSo3(Vec()).toRotationMatrix(), Vec()};
-      body.axis = Vec().normalized();
-      body.law.damping = 0.3 * (1.0 + U());
-      body.motion = [](double t) {
-        PrescribedState s;
-        s.X_FB.p = Vector3d(std::sin(t), t * t, 0.0);
-        s.V.tail<3>() = Vector3d(std::cos(t), 2.0 * t, 0.0);
-        s.A.tail<3>() = Vector3d(-std::sin(t), 2.0, 0.0);
-        return s;
-      };
-      const Eigen::Matrix3d a = Eigen::Matrix3d::Random();
-      body.M = MakeSpatialInertia(1.0 + 0.5 * U(), 0.3 * Vec(), a * a.transpose() + Eigen::Matrix3d::Identity());
-      tree.AddBody(body);
-    }
-    tree.gravity = Vec() * 9.0;
-    q = tree.MakeDefaultPositions();
-    VectorXd shift(tree.nv());
-    for (int k = 0; k < tree.nv(); ++k) shift(k) = U();
-    const VectorXd start = q;
-    tree.AddIncrement(start, shift, &q);
-    xi_prev = 0.3 * VectorXd::NullaryExpr(tree.nv(), [&] { return U(); });
-    xi = 0.5 * VectorXd::NullaryExpr(tree.nv(), [&] { return U(); });
-    external_slope.resize(tree.size());
-    for (auto& m : external_slope) m = Eigen::Matrix<double, 6, 6>::NullaryExpr([&] { return U(); });
-  }
-  // `count` wrenches between any two bodies, those without freedom and one body with itself included.
-  void Couple(int count) {
-    for (int i = 0; i < count; ++i) {
-      Coupling c;
-      c.body = static_cast<int>(generator_() % tree.size());
-      c.other = static_cast<int>(generator_() % tree.size());
-      c.by_position = Eigen::Matrix<double, 6, 3>::NullaryExpr([&] { return 30.0 * U(); });
-      c.by_turn = Eigen::Matrix<double, 6, 3>::NullaryExpr([&] { return 30.0 * U(); });
-      c.by_twist = Matrix6d::NullaryExpr([&] { return 3.0 * U(); });
-      c.marker = Vec();
-      couplings.push_back(c);
-    }
-  }
-  double U() { return std::uniform_real_distribution<double>(-1.0, 1.0)(generator_); }
-  Vector3d Vec() { return Vector3d(U(), U(), U()); }
-
-  Tree tree;
-  VectorXd q;  // at the step's start
-  VectorXd xi_prev;
-  VectorXd xi;
-  // F_body += by_position p_WO + by_turn R_WO marker + by_twist V_O, with O the other body.
-  struct Coupling {
-    int body = 0;
-    int other = 0;
-    Eigen::Matrix<double, 6, 3> by_position;
-    Eigen::Matrix<double, 6, 3> by_turn;
-    Matrix6d by_twist;
-    Vector3d marker;
-  };
-  std::vector<Coupling> couplings;
-  std::vector<Matrix6d> external_slope;  // an outside wrench linear in the twist, so that dF_dV is exercised
-
- private:
-  std::mt19937_64 generator_;
-};
+using test::RandomTree;
 
 constexpr double kCv = 3.0;
 constexpr double kCa = 7.0;
@@ -96,6 +24,7 @@ struct Point {
 };
 
 VectorXd EvalResidual(const RandomTree& test, Dynamics* dynamics, const Point& at) {
+  dynamics->controls() = test.controls;
   VectorXd q(test.tree.nq());
   test.tree.AddIncrement(test.q, at.pose, &q);
   dynamics->CalcKinematics(q, at.v, at.vdot, 0.7);
