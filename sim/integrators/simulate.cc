@@ -40,7 +40,9 @@ void CalcRates(const BdfCoefficients& c, const Eigen::Ref<const VectorXd>& xi,
 Simulator::Simulator(Dynamics* dynamics, ContactModel* contacts) : dynamics_(dynamics), contacts_(contacts) {
   const Tree& tree = dynamics->tree();
   q_.setZero(tree.nq());
-  for (VectorXd* x : {&v_, &xi_, &xi_trial_, &vdot_, &r_, &magnitude_, &scale_, &dx_, &zero_}) x->setZero(tree.nv());
+  for (VectorXd* x : {&v_, &xi_, &xi_trial_, &vdot_, &r_, &magnitude_, &scale_, &scale_now_, &dx_, &zero_}) {
+    x->setZero(tree.nv());
+  }
   joint_of_row_.resize(tree.nv());
   for (int i = 0; i < tree.size(); ++i) {
     const TreeBody& body = tree.bodies()[i];
@@ -137,8 +139,8 @@ bool Simulator::SolveStep(double time, const BdfCoefficients& c, const Simulatio
     xi_ = xi_trial_;
     if (!dynamics_->Factor(xi_, c.c_v, c.g0 * c.c_v)) return false;
     dynamics_->Solve(r_, &dx_);
-    const VectorXd scale = scale_;
-    const double merit_now = merit(scale);
+    scale_now_ = scale_;
+    const double merit_now = merit(scale_now_);
     const double scaled_now = scaled;
     bool at_floor = false;
     double length = 1.0;
@@ -146,7 +148,7 @@ bool Simulator::SolveStep(double time, const BdfCoefficients& c, const Simulatio
       xi_trial_ = xi_ - length * dx_;
       scaled = Evaluate(time, c, *trajectory, true);
       if (scaled <= options.newton_tolerance) break;
-      if (std::isfinite(scaled) && merit(scale) <= (1.0 - 1e-4 * length) * merit_now) break;
+      if (std::isfinite(scaled) && merit(scale_now_) <= (1.0 - 1e-4 * length) * merit_now) break;
       length *= 0.5;
       if (length >= 1e-4) continue;
       // Nothing along the step is better. Near the rounding floor that is an end, elsewhere a failure.

@@ -105,7 +105,7 @@ class Simulator {
   std::vector<bool> was_active_;
   std::vector<int> joint_of_row_;
   // Scratch of one step.
-  Eigen::VectorXd q_, v_, xi_, xi_trial_, vdot_, r_, magnitude_, scale_, dx_, zero_;
+  Eigen::VectorXd q_, v_, xi_, xi_trial_, vdot_, r_, magnitude_, scale_, scale_now_, dx_, zero_;
 };
 
 }  // namespace knap
