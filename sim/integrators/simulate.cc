@@ -100,7 +100,8 @@ double Simulator::Evaluate(double time, const BdfCoefficients& c, const Trajecto
   const int k = trajectory.size() - 1;
   const int before = std::max(k - 1, 0);
   CalcRates(c, xi_trial_, trajectory.xi(k), trajectory.v(k), trajectory.v(before), &v_, &vdot_);
-  dynamics_->tree().AddIncrement(trajectory.q(k), xi_trial_, &q_);
+  q_ = trajectory.q(k);
+  dynamics_->tree().AddIncrement(q_, xi_trial_, &q_);
   dynamics_->CalcKinematics(q_, v_, vdot_, time + c.h);
   contacts_->AddWrenches(dynamics_, want_jacobian);
   dynamics_->CalcResidual(c.g0, &r_, &magnitude_);
@@ -124,10 +125,13 @@ bool Simulator::SolveStep(double time, const BdfCoefficients& c, const Simulatio
   // Start where constant acceleration would lead.
   xi_trial_ = c.alpha * trajectory->xi(k) + (trajectory->v(k) + c.h * trajectory->vdot(k)) / c.c_v;
   double scaled = Evaluate(time, c, *trajectory, true);
-  const auto merit = [&](const VectorXd& scale) {
+  // Judged by the scales before the step, so that growing forces do not hide a growing residual; a joint on which
+  // next to nothing acted has none yet, and takes the trial's.
+  const auto merit = [&] {
     double sum = 0.0;
     for (Eigen::Index row = 0; row < r_.size(); ++row) {
-      if (r_(row) != 0.0) sum += std::pow(r_(row) / scale(row), 2);
+      const double scale = scale_now_(row) > 1e-6 * scale_(row) ? scale_now_(row) : scale_(row);
+      if (r_(row) != 0.0) sum += std::pow(r_(row) / scale, 2);
     }
     return sum;
   };
@@ -140,7 +144,7 @@ bool Simulator::SolveStep(double time, const BdfCoefficients& c, const Simulatio
     if (!dynamics_->Factor(xi_, c.c_v, c.g0 * c.c_v)) return false;
     dynamics_->Solve(r_, &dx_);
     scale_now_ = scale_;
-    const double merit_now = merit(scale_now_);
+    const double merit_now = merit();
     const double scaled_now = scaled;
     bool at_floor = false;
     double length = 1.0;
@@ -148,7 +152,7 @@ bool Simulator::SolveStep(double time, const BdfCoefficients& c, const Simulatio
       xi_trial_ = xi_ - length * dx_;
       scaled = Evaluate(time, c, *trajectory, true);
       if (scaled <= options.newton_tolerance) break;
-      if (std::isfinite(scaled) && merit(scale_now_) <= (1.0 - 1e-4 * length) * merit_now) break;
+      if (std::isfinite(scaled) && merit() <= (1.0 - 1e-4 * length) * merit_now) break;
       length *= 0.5;
       if (length >= 1e-4) continue;
       // Nothing along the step is better. Near the rounding floor that is an end, elsewhere a failure.

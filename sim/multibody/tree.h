@@ -70,7 +70,7 @@ class Tree {
   // All joints at zero, balls at the identity.
   Eigen::VectorXd MakeDefaultPositions() const;
 
-  // q ⊕ xi, per joint; tangent increments in the order of v.
+  // q ⊕ xi, per joint; tangent increments in the order of v. `result` may be &q.
   void AddIncrement(const Eigen::VectorXd& q, const Eigen::VectorXd& xi, Eigen::VectorXd* result) const;
 
   // Whether the body's pose depends on any joint coordinate (fixed and prescribed chains do not).

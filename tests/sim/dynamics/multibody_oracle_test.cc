@@ -176,5 +176,22 @@ TEST(Chain, AtRestIsADiscreteCatenary) {
   }
 }
 
+// Nothing acts on three of the four joints at first: their rows have no scale until the first Newton step.
+TEST(Finger, StartsFromRestUnderOneMotor) {
+  const Tree tree = test::MakeFinger();
+  for (int motor = 0; motor < tree.num_controls(); ++motor) {
+    Dynamics dynamics(tree);
+    ContactModel none({});
+    ControlSequence controls;
+    controls.values = 0.2 * VectorXd::Unit(tree.num_controls(), motor);
+    const VectorXd start = VectorXd::Constant(tree.nv(), 0.3);
+    const Trajectory t = Simulator(&dynamics, &none)
+                             .Run(start, VectorXd::Zero(tree.nv()), test::MakeOptions(5e-3, 0.1, 2), controls);
+    EXPECT_TRUE(t.certificate.converged) << motor;
+    EXPECT_EQ(t.certificate.subdivided_steps, 0) << motor;
+    EXPECT_GT((t.q(t.size() - 1) - start).norm(), 0.01) << motor;
+  }
+}
+
 }  // namespace
 }  // namespace knap
