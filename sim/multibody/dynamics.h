@@ -161,8 +161,8 @@ class Dynamics {
   bool FactorJoint(int i, const Eigen::VectorXd& xi, double c_v, double c_a);
   bool FactorCoupling();
   void CalcCoupling();
-  // The tree's own solves. SolveTree takes the constant wrenches in b_ and leaves the perturbations in z_; the
-  // transposed one takes cotangents of z in z_ and leaves minus the virtual twists in b_. All in R; both overwrite both.
+  // The tree's own solves, in R. SolveTree takes the constant wrenches in b_ and leaves the perturbations in z_; the
+  // transposed one takes cotangents of z in z_ and leaves minus the virtual twists in b_. Both overwrite both.
   void SolveTree(const Eigen::VectorXd& rhs, Eigen::VectorXd* x);
   void SolveTreeTransposed(const Eigen::VectorXd& rhs, Eigen::VectorXd* x);
   void StartArticulated(int i);
