@@ -379,5 +379,21 @@ TEST_F(LearnTest, OtherConfigurationIsNotResumed) {
   EXPECT_THAT(ended.err, HasSubstr("journal"));
 }
 
+// One byte behind its end makes the program another build; the loader does not look there.
+TEST_F(LearnTest, AnotherBuildDoesNotResume) {
+  RunWell(MakeArguments("run", {}));
+  WriteFile(folder_ / "knap", ReadText(KNAP_PROGRAM) + "x");
+  fs::permissions(folder_ / "knap", fs::perms::owner_all);
+  const auto resume = [this](const std::string& program) {
+    ChildProcess knap(program, {"learn", "--resume", "run", "--dry-run"}, folder_ / "", "resume");
+    return Ended{knap.Wait(), knap.ReadOut(), knap.ReadErr()};
+  };
+  const Ended other = resume(folder_ / "knap");
+  EXPECT_EQ(other.code, 2) << other.err;
+  const std::string build = Json::parse(ReadText(folder_ / "run/run.json"))["build"];
+  EXPECT_THAT(other.err, HasSubstr("begun by another build of knap (" + build + ";"));
+  EXPECT_EQ(resume(KNAP_PROGRAM).code, 0);
+}
+
 }  // namespace
 }  // namespace knap
