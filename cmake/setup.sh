@@ -12,6 +12,10 @@ knap_packages=(
   libyaml-cpp-dev libcli11-dev libspdlog-dev libfmt-dev nlohmann-json3-dev libsodium-dev
   libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev
 )
+# An independent engine that a test compares dynamics with; Ubuntu has no package of it.
+if (. /etc/os-release 2>/dev/null && [[ ${ID:-} == debian && ${VERSION_ID:-} == 12 ]]); then
+  knap_packages+=(libmujoco-dev)
+fi
 
 say() { printf 'knap: %s\n' "$*" >&2; }
 

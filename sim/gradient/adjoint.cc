@@ -34,6 +34,37 @@ void AddRightJacobianTransposed(const Tree& tree, const VectorXd& xi, const Vect
   }
 }
 
+// What a loss puts on a body in the world, as a cotangent of the body's perturbation.
+void AddStateCotangent(const StateCotangent& at, const BodyKinematics& kin, BodyCotangent* bar) {
+  const Matrix3d R_BW = kin.X_WB.R.transpose();
+  const Vector3d bar_v = R_BW * at.v_W;
+  const Vector3d bar_w = R_BW * at.w_W;
+  bar->eta.tail<3>() += R_BW * at.p_W;
+  bar->eta.head<3>() += R_BW * at.r_W + kin.V.tail<3>().cross(bar_v) + kin.V.head<3>().cross(bar_w);
+  bar->V.tail<3>() += bar_v;
+  bar->V.head<3>() += bar_w;
+}
+
+// What the loss sees of the parameters, less what the steps' equations do.
+void SubtractSteps(const ParameterCotangents& loss, const ParameterCotangents& steps, TrajectoryGradient* out) {
+  out->gravity = loss.gravity - steps.gravity;
+  out->finite = out->finite && out->gravity.allFinite() && out->controls.allFinite();
+  out->bodies = loss.bodies;
+  for (std::size_t i = 0; i < out->bodies.size(); ++i) {
+    BodyParameterCotangent& b = out->bodies[i];
+    const BodyParameterCotangent& s = steps.bodies[i];
+    b.placement -= s.placement;
+    b.axis -= s.axis;
+    b.mass -= s.mass;
+    b.first_moment -= s.first_moment;
+    b.inertia -= s.inertia;
+    b.law.damping -= s.law.damping;
+    b.law.stiffness -= s.law.stiffness;
+    b.law.rest -= s.law.rest;
+    out->finite = out->finite && b.placement.allFinite() && b.inertia.allFinite();
+  }
+}
+
 }  // namespace
 
 TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<StateCotangent>& cotangents,
@@ -61,6 +92,13 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
   JointCotangents by_residual{VectorXd::Zero(nv), VectorXd::Zero(nv), VectorXd::Zero(nv)};
   JointCotangents by_loss = by_residual;
   std::vector<BodyCotangent> bodies(tree.size());
+  ParameterCotangents loss_parameters(tree);
+  ParameterCotangents step_parameters(tree);
+  const ControlSequence& controls = trajectory.controls;
+  const bool controlled = controls.values.size() > 0;
+  out.controls.setZero(controls.values.rows(), controls.values.cols());
+  dynamics->controls().setZero();
+  int step = std::max(trajectory.whole_steps() - 1, 0);  // the whole step that led to state k
   auto next = cotangents.rbegin();
   constexpr double kEps = std::numeric_limits<double>::epsilon();
   double rounding_squared = 0.0;
@@ -70,18 +108,15 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
     v = trajectory.v(k);
     vdot = trajectory.vdot(k);
     xi = trajectory.xi(k);
+    while (step > 0 && trajectory.state_of_step(step) >= k) --step;
+    if (controlled) dynamics->controls() = controls.values.col(controls.IntervalOfStep(step));
     dynamics->CalcKinematics(q, v, vdot, trajectory.time(k));
     if (next != cotangents.rend() && next->state == k) {
       for (BodyCotangent& b : bodies) b = BodyCotangent{};
       for (; next != cotangents.rend() && next->state == k; ++next) {
-        const BodyKinematics& kin = dynamics->kinematics()[next->body];
-        BodyCotangent& b = bodies[next->body];
-        const Vector3d bar_v_B = kin.X_WB.R.transpose() * next->v_W;
-        b.eta.tail<3>() += kin.X_WB.R.transpose() * next->p_W;
-        b.eta.head<3>() += kin.V.tail<3>().cross(bar_v_B);
-        b.V.tail<3>() += bar_v_B;
+        AddStateCotangent(*next, dynamics->kinematics()[next->body], &bodies[next->body]);
       }
-      dynamics->PullBackKinematics(&bodies, &by_loss);
+      dynamics->PullBackKinematics(&bodies, &by_loss, &loss_parameters);
       bar_pose += by_loss.pose;
       bar_v += by_loss.v;
     }
@@ -90,7 +125,7 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
 
     const BdfCoefficients& c = trajectory.coefficients(k);
     contacts->AddWrenches(dynamics, true);
-    dynamics->CalcResidual(v, c.g0, &r, &magnitude);
+    dynamics->CalcResidual(c.g0, &r, &magnitude);
     if (!dynamics->Factor(xi, c.c_v, c.g0 * c.c_v)) {
       out.solvable = false;
       break;
@@ -101,7 +136,9 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
     const double left_by_newton = lambda.dot(r);
     rounding_squared +=
         left_by_newton * left_by_newton + (kEps * kEps) * lambda.cwiseProduct(magnitude).squaredNorm();
-    dynamics->PullBackResidual(lambda, &by_residual);
+    dynamics->PullBackResidual(lambda, &by_residual, &step_parameters);
+    if (controlled) out.controls.col(controls.IntervalOfStep(step)) -= step_parameters.controls;
+    step_parameters.controls.setZero();
     // r = … − f_ext, and the step's equation contributes −lambdaᵀ dr: the wrench's cotangent is +W.
     contacts->PullBackVertices(*dynamics, dynamics->virtual_twists(), &out.vertices);
 
@@ -115,6 +152,7 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
   out.pose0 = bar_pose;
   out.v0 = bar_v;
   out.finite = out.pose0.allFinite() && out.v0.allFinite();
+  SubtractSteps(loss_parameters, step_parameters, &out);
   for (const Eigen::Matrix3Xd& vertices : out.vertices) out.finite = out.finite && vertices.allFinite();
   return out;
 }

@@ -7,8 +7,12 @@
 //   (p, w, a) = ∂(lambdaᵀ r)/∂(pose, v, vdot)
 //   bar_pose_{k−1} += Exp(xi)(bar_pose_k − p)             bar_xi_{k−1} −= alpha c_v (bar_v_k − w − g0 a)
 //   bar_v_{k−1} −= g1 a,   bar_v_{k−2} −= g2 a            bar_wrench = + W(lambda)
+//   bar_parameter −= ∂(lambdaᵀ r)/∂parameter, beside what the loss itself sees of it
 //
-// One factorisation and one pull-back a step, whatever the number of parameters.
+// One factorisation and one pull-back a step, whatever the number of parameters. Parameters are the numbers that the
+// tree is made of (dynamics.h: ParameterCotangents) save the ends of joint limits, gains of actuators and prescribed
+// motions; mesh vertices in contact; controls; the initial state. A placement's cotangent holds for contacts as far as
+// these report how their wrenches move with it (CrossWrench).
 #pragma once
 
 #include <Eigen/Dense>
@@ -25,6 +29,8 @@ struct StateCotangent {
   int body = 0;
   Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  // of p_WBo_W
   Eigen::Vector3d v_W = Eigen::Vector3d::Zero();  // of v_WBo_W
+  Eigen::Vector3d r_W = Eigen::Vector3d::Zero();  // of the orientation: of dr where dR_WB = [dr]× R_WB
+  Eigen::Vector3d w_W = Eigen::Vector3d::Zero();  // of w_WB_W
 };
 
 struct TrajectoryGradient {
@@ -37,6 +43,9 @@ struct TrajectoryGradient {
   double loss_rounding = 0.0;
   Eigen::VectorXd pose0;         // of the initial pose, tangent [per m, per rad]
   Eigen::VectorXd v0;            // of the initial rates
+  std::vector<BodyParameterCotangent> bodies;
+  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
+  Eigen::MatrixXd controls;  // like Trajectory::controls.values
   std::vector<Eigen::Matrix3Xd> vertices;  // for each contact: of its mesh's vertices, empty for half-spaces
 };
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "sim/math/check.h"
+
 namespace knap {
 
 using Eigen::VectorXd;
@@ -38,7 +40,9 @@ void CalcRates(const BdfCoefficients& c, const Eigen::Ref<const VectorXd>& xi,
 Simulator::Simulator(Dynamics* dynamics, ContactModel* contacts) : dynamics_(dynamics), contacts_(contacts) {
   const Tree& tree = dynamics->tree();
   q_.setZero(tree.nq());
-  for (VectorXd* x : {&v_, &xi_, &xi_trial_, &vdot_, &r_, &magnitude_, &scale_, &dx_, &zero_}) x->setZero(tree.nv());
+  for (VectorXd* x : {&v_, &xi_, &xi_trial_, &vdot_, &r_, &magnitude_, &scale_, &scale_now_, &dx_, &zero_}) {
+    x->setZero(tree.nv());
+  }
   joint_of_row_.resize(tree.nv());
   for (int i = 0; i < tree.size(); ++i) {
     const TreeBody& body = tree.bodies()[i];
@@ -46,9 +50,16 @@ Simulator::Simulator(Dynamics* dynamics, ContactModel* contacts) : dynamics_(dyn
   }
 }
 
-Trajectory Simulator::Run(const VectorXd& q0, const VectorXd& v0, const SimulationOptions& options) {
+Trajectory Simulator::Run(const VectorXd& q0, const VectorXd& v0, const SimulationOptions& options,
+                          const ControlSequence& controls) {
   const Tree& tree = dynamics_->tree();
+  const bool controlled = controls.values.size() > 0;
+  KNAP_CHECK(!controlled || (controls.values.rows() == tree.num_controls() && controls.steps_per_interval > 0),
+             "controls of {} actuators, {} steps an interval; the tree has {}", controls.values.rows(),
+             controls.steps_per_interval, tree.num_controls());
   Trajectory trajectory(tree.nq(), tree.nv());
+  trajectory.controls = controls;
+  dynamics_->controls().setZero();
   trajectory.Reserve(options.steps + 1);
   trajectory.Append(0.0, BdfCoefficients{}, q0, v0, zero_, zero_);
   trajectory.state_of_step_.push_back(0);
@@ -59,6 +70,7 @@ Trajectory Simulator::Run(const VectorXd& q0, const VectorXd& v0, const Simulati
   trajectory.certificate.contact_onsets = 0;  // what touches from the start has no onset
   for (int n = 0; n < options.steps; ++n) {
     const int states_before = trajectory.size();
+    if (controlled) dynamics_->controls() = controls.values.col(controls.IntervalOfStep(n));
     // Times are multiples of the step, not sums, so that they do not drift.
     const double time = n * options.step;
     if (!Advance(time, options.step, 0, options, &trajectory)) {
@@ -88,10 +100,11 @@ double Simulator::Evaluate(double time, const BdfCoefficients& c, const Trajecto
   const int k = trajectory.size() - 1;
   const int before = std::max(k - 1, 0);
   CalcRates(c, xi_trial_, trajectory.xi(k), trajectory.v(k), trajectory.v(before), &v_, &vdot_);
-  dynamics_->tree().AddIncrement(trajectory.q(k), xi_trial_, &q_);
+  q_ = trajectory.q(k);
+  dynamics_->tree().AddIncrement(q_, xi_trial_, &q_);
   dynamics_->CalcKinematics(q_, v_, vdot_, time + c.h);
   contacts_->AddWrenches(dynamics_, want_jacobian);
-  dynamics_->CalcResidual(v_, c.g0, &r_, &magnitude_);
+  dynamics_->CalcResidual(c.g0, &r_, &magnitude_);
   scale_.setZero();
   for (Eigen::Index row = 0; row < r_.size(); ++row) {
     double& joint_scale = scale_(joint_of_row_[row]);
@@ -112,10 +125,13 @@ bool Simulator::SolveStep(double time, const BdfCoefficients& c, const Simulatio
   // Start where constant acceleration would lead.
   xi_trial_ = c.alpha * trajectory->xi(k) + (trajectory->v(k) + c.h * trajectory->vdot(k)) / c.c_v;
   double scaled = Evaluate(time, c, *trajectory, true);
-  const auto merit = [&](const VectorXd& scale) {
+  // Judged by the scales before the step, so that growing forces do not hide a growing residual; a joint on which
+  // next to nothing acted has none yet, and takes the trial's.
+  const auto merit = [&] {
     double sum = 0.0;
     for (Eigen::Index row = 0; row < r_.size(); ++row) {
-      if (r_(row) != 0.0) sum += std::pow(r_(row) / scale(row), 2);
+      const double scale = scale_now_(row) > 1e-6 * scale_(row) ? scale_now_(row) : scale_(row);
+      if (r_(row) != 0.0) sum += std::pow(r_(row) / scale, 2);
     }
     return sum;
   };
@@ -127,8 +143,8 @@ bool Simulator::SolveStep(double time, const BdfCoefficients& c, const Simulatio
     xi_ = xi_trial_;
     if (!dynamics_->Factor(xi_, c.c_v, c.g0 * c.c_v)) return false;
     dynamics_->Solve(r_, &dx_);
-    const VectorXd scale = scale_;
-    const double merit_now = merit(scale);
+    scale_now_ = scale_;
+    const double merit_now = merit();
     const double scaled_now = scaled;
     bool at_floor = false;
     double length = 1.0;
@@ -136,7 +152,7 @@ bool Simulator::SolveStep(double time, const BdfCoefficients& c, const Simulatio
       xi_trial_ = xi_ - length * dx_;
       scaled = Evaluate(time, c, *trajectory, true);
       if (scaled <= options.newton_tolerance) break;
-      if (std::isfinite(scaled) && merit(scale) <= (1.0 - 1e-4 * length) * merit_now) break;
+      if (std::isfinite(scaled) && merit() <= (1.0 - 1e-4 * length) * merit_now) break;
       length *= 0.5;
       if (length >= 1e-4) continue;
       // Nothing along the step is better. Near the rounding floor that is an end, elsewhere a failure.

@@ -12,6 +12,7 @@
 
 #include "sim/contact/contact_model.h"
 #include "sim/integrators/bdf.h"
+#include "sim/integrators/control_sequence.h"
 #include "sim/multibody/dynamics.h"
 
 namespace knap {
@@ -57,6 +58,7 @@ class Trajectory {
   int whole_steps() const { return static_cast<int>(state_of_step_.size()) - 1; }
 
   SimulationCertificate certificate;
+  ControlSequence controls;  // that acted
 
  private:
   friend class Simulator;
@@ -85,8 +87,9 @@ class Simulator {
   // Both must outlive the simulator.
   Simulator(Dynamics* dynamics, ContactModel* contacts);
 
-  // From (q0, v0) at time 0.
-  Trajectory Run(const Eigen::VectorXd& q0, const Eigen::VectorXd& v0, const SimulationOptions& options);
+  // From (q0, v0) at time 0. `controls` has a row for each of the tree's actuators, or no values.
+  Trajectory Run(const Eigen::VectorXd& q0, const Eigen::VectorXd& v0, const SimulationOptions& options,
+                 const ControlSequence& controls = {});
 
   // Called after every accepted state with the kinematics and contact reports of that state; for books and tests.
   std::function<void(double time)> observer;
@@ -102,7 +105,7 @@ class Simulator {
   std::vector<bool> was_active_;
   std::vector<int> joint_of_row_;
   // Scratch of one step.
-  Eigen::VectorXd q_, v_, xi_, xi_trial_, vdot_, r_, magnitude_, scale_, dx_, zero_;
+  Eigen::VectorXd q_, v_, xi_, xi_trial_, vdot_, r_, magnitude_, scale_, scale_now_, dx_, zero_;
 };
 
 }  // namespace knap

@@ -1,7 +1,5 @@
 #include "sim/multibody/dynamics.h"
 
-#include <cmath>
-
 #include "sim/math/check.h"
 
 namespace knap {
@@ -23,10 +21,23 @@ Dynamics::Dynamics(const Tree& tree) : tree_(&tree) {
   bars_.resize(n);
   S_.resize(n);
   dynamic_.resize(n);
+  dof_.resize(n);
+  root_.assign(n, -1);
+  slot_.assign(n, -1);
+  coupled_.reserve(n);
+  coupling_s_.resize(n);
+  coupling_x_.setZero(tree.nv());
+  joint_forces_.resize(n);
+  controls_.setZero(tree.num_controls());
+  by_control_.setZero(tree.num_controls());
+  zero_.setZero(tree.nv());
   for (int i = 0; i < n; ++i) {
     const TreeBody& body = tree.bodies()[i];
     dynamic_[i] = tree.IsDynamic(i);
+    dof_[i] = CountDof(body.joint);
+    if (dynamic_[i]) root_[i] = body.parent >= 0 && dynamic_[body.parent] ? root_[body.parent] : i;
     S_[i].setZero();
+    articulated_[i].M_inverse.setZero();
     switch (body.joint) {
       case JointType::kRevolute:
         S_[i].col(0).head<3>() = body.axis;
@@ -50,11 +61,16 @@ Dynamics::Dynamics(const Tree& tree) : tree_(&tree) {
 void Dynamics::CalcKinematics(const VectorXd& q, const VectorXd& v, const VectorXd& vdot, double time) {
   Vector6d A_world = Vector6d::Zero();
   A_world.tail<3>() = -tree_->gravity;
+  cross_.clear();
+  q_ = q;
+  v_ = v;
+  vdot_ = vdot;
   for (int i = 0; i < tree_->size(); ++i) {
     const TreeBody& body = tree_->bodies()[i];
     BodyKinematics& k = kinematics_[i];
     Vector6d A_joint = Vector6d::Zero();
-    Pose X_FB;
+    Pose& X_FB = k.X_FB;
+    X_FB = Pose{};
     k.V_joint.setZero();
     switch (body.joint) {
       case JointType::kFixed:
@@ -105,9 +121,39 @@ void Dynamics::CalcKinematics(const VectorXd& q, const VectorXd& v, const Vector
     external_[i].dF_deta.setZero();
     external_[i].dF_dV.setZero();
   }
+  CalcJointForces();
 }
 
-void Dynamics::CalcResidual(const VectorXd& v, double rate, VectorXd* r, VectorXd* magnitude) {
+void Dynamics::CalcJointForces() {
+  for (int i = 0; i < tree_->size(); ++i) {
+    const TreeBody& body = tree_->bodies()[i];
+    const int n = CountDof(body.joint);
+    if (n == 0) continue;
+    const double* q = q_.data() + body.q_start;
+    const double* v = v_.data() + body.v_start;
+    JointForce& force = joint_forces_[i];
+    force = JointForce{};
+    AddDamping(body.law, n, v, &force);
+    if (body.law.stiffness != 0.0) {
+      if (body.joint == JointType::kBall) {
+        AddBallSpring(body.law, q, &force);
+      } else {
+        AddSpring(body.law, n, q, &force);
+      }
+    }
+    if (n == 1) AddLimit(body.law.limit, q[0], v[0], &force);
+  }
+  for (int a = 0; a < tree_->num_controls(); ++a) {
+    const Actuator& actuator = tree_->actuators()[a];
+    const TreeBody& body = tree_->bodies()[actuator.body];
+    // A ball has force actuators only, which ask for no position.
+    const double x = body.joint == JointType::kBall ? 0.0 : q_(body.q_start + actuator.dof);
+    by_control_(a) =
+        AddActuator(actuator, x, v_(body.v_start + actuator.dof), controls_(a), &joint_forces_[actuator.body]);
+  }
+}
+
+void Dynamics::CalcResidual(double rate, VectorXd* r, VectorXd* magnitude) {
   for (int i = 0; i < tree_->size(); ++i) {
     if (!dynamic_[i]) continue;
     const Matrix6d& M = tree_->bodies()[i].M;
@@ -124,9 +170,8 @@ void Dynamics::CalcResidual(const VectorXd& v, double rate, VectorXd* r, VectorX
     const TreeBody& body = tree_->bodies()[i];
     for (int k = 0; k < CountDof(body.joint); ++k) {
       const int row = body.v_start + k;
-      const double damping = body.damping * v(row);
-      (*r)(row) = S_[i].col(k).dot(F_[i]) + damping;
-      (*magnitude)(row) = S_[i].col(k).cwiseAbs().dot(F_magnitude_[i]) + std::abs(damping);
+      (*r)(row) = S_[i].col(k).dot(F_[i]) - joint_forces_[i].tau(k);
+      (*magnitude)(row) = S_[i].col(k).cwiseAbs().dot(F_magnitude_[i]) + joint_forces_[i].magnitude(k);
     }
     if (body.parent < 0 || !dynamic_[body.parent]) continue;
     const Pose& X_PB = kinematics_[i].X_PB;
@@ -136,231 +181,6 @@ void Dynamics::CalcResidual(const VectorXd& v, double rate, VectorXd* r, VectorX
     F_magnitude_[body.parent].tail<3>() += f;
     F_magnitude_[body.parent].head<3>() +=
         X_PB.R.cwiseAbs() * F_magnitude_[i].head<3>() + Vector3d::Constant(X_PB.p.norm() * f.norm());
-  }
-}
-
-// dV-block of the body's own wrench: crf(V) M + CrossBar(M V) − dF_ext/dV.
-Matrix6d Dynamics::CalcVelocityJacobian(int i) const {
-  const Matrix6d& M = tree_->bodies()[i].M;
-  const Vector6d& V = kinematics_[i].V;
-  return CrossBarMatrix(M * V) - CrossMotionMatrix(V).transpose() * M - external_[i].dF_dV;
-}
-
-bool Dynamics::Factor(const VectorXd& xi, double c_v, double c_a) {
-  for (int i = 0; i < tree_->size(); ++i) {
-    if (!dynamic_[i]) continue;
-    Matrix6x18& P = articulated_[i].P;
-    P.leftCols<6>() = -external_[i].dF_deta;
-    P.middleCols<6>(6) = CalcVelocityJacobian(i);
-    P.rightCols<6>() = tree_->bodies()[i].M;
-  }
-  for (int i = tree_->size() - 1; i >= 0; --i) {
-    if (!dynamic_[i]) continue;
-    bool ok = true;
-    switch (CountDof(tree_->bodies()[i].joint)) {
-      case 0:
-        ok = FactorJoint<0>(i, xi, c_v, c_a);
-        break;
-      case 1:
-        ok = FactorJoint<1>(i, xi, c_v, c_a);
-        break;
-      default:
-        ok = FactorJoint<3>(i, xi, c_v, c_a);
-    }
-    if (!ok) return false;
-  }
-  return true;
-}
-
-template <int n>
-bool Dynamics::FactorJoint(int i, const VectorXd& xi, double c_v, double c_a) {
-  const TreeBody& body = tree_->bodies()[i];
-  const BodyKinematics& k = kinematics_[i];
-  Articulated& a = articulated_[i];
-  const bool has_dynamic_parent = body.parent >= 0 && dynamic_[body.parent];
-  const auto P_eta = a.P.leftCols<6>();
-  const auto P_V = a.P.middleCols<6>(6);
-  const auto P_A = a.P.rightCols<6>();
-  if (has_dynamic_parent) {
-    const Matrix6d X = TwistMatrix(k.X_PB);
-    a.PT.leftCols<6>().noalias() = P_eta * X;
-    a.PT.middleCols<6>(6).noalias() = (P_V - P_A * CrossMotionMatrix(k.V_joint)) * X;
-    a.PT.rightCols<6>().noalias() = P_A * X;
-  }
-  if constexpr (n > 0) {
-    const Eigen::Matrix<double, 6, n> S = S_[i].leftCols<n>();
-    Eigen::Matrix<double, 6, n> S_pose = S;  // S Jr
-    if (body.joint == JointType::kBall) {
-      if constexpr (n == 3) S_pose.template topRows<3>() = RightJacobianSo3(xi.segment<3>(body.v_start));
-    }
-    const Eigen::Matrix<double, 6, n> U_V = c_v * S + CrossMotionMatrix(k.V_carried) * S_pose;
-    a.U.topLeftCorner<6, n>() = S_pose;
-    a.U.block<6, n>(6, 0) = U_V;
-    a.U.block<6, n>(12, 0) = c_a * S + CrossMotionMatrix(k.A_carried) * S_pose +
-                             c_v * (CrossMotionMatrix(k.V) * S) - CrossMotionMatrix(k.V_joint) * U_V;
-    const Eigen::Matrix<double, 6, n> PU = a.P * a.U.leftCols<n>();
-    a.G.leftCols<n>() = PU + CrossBarMatrix(F_[i]) * S_pose;
-    Eigen::Matrix<double, n, n> M = S.transpose() * PU;
-    M.diagonal().array() += body.damping * c_v;
-    a.M_inverse.setZero();  // unused rows stay zero, so that it applies to padded 3-vectors
-    if constexpr (n == 1) {
-      if (!(std::abs(M(0, 0)) > 0.0) || !std::isfinite(M(0, 0))) return false;
-      a.M_inverse(0, 0) = 1.0 / M(0, 0);
-    } else {
-      const double determinant = M.determinant();
-      if (!(std::abs(determinant) > 0.0) || !std::isfinite(determinant)) return false;
-      a.M_inverse = M.inverse();
-    }
-    if (has_dynamic_parent) {
-      a.N.topRows<n>().noalias() =
-          a.M_inverse.topLeftCorner<n, n>() * (S.transpose() * a.PT);
-      a.PT.noalias() -= a.G.leftCols<n>() * a.N.topRows<n>();
-    }
-  }
-  if (has_dynamic_parent) {
-    articulated_[body.parent].P.noalias() += TwistMatrix(k.X_PB).transpose() * a.PT;
-  }
-  return true;
-}
-
-// T z_p: the perturbation that the parent's carries into body i.
-Dynamics::Vector18d Dynamics::CarryPerturbation(int i, const Vector18d& z_parent) const {
-  const BodyKinematics& k = kinematics_[i];
-  Vector18d z;
-  z.head<6>() = ShiftTwist(k.X_PB, z_parent.head<6>());
-  z.segment<6>(6) = ShiftTwist(k.X_PB, z_parent.segment<6>(6));
-  z.tail<6>() = ShiftTwist(k.X_PB, z_parent.tail<6>()) - CrossMotion(k.V_joint, z.segment<6>(6));
-  return z;
-}
-
-// Tᵀ bar_z, added to the parent's.
-void Dynamics::PullBackPerturbation(int i, const Vector18d& bar_z, Vector18d* bar_z_parent) const {
-  const BodyKinematics& k = kinematics_[i];
-  bar_z_parent->head<6>() += ShiftWrench(k.X_PB, bar_z.head<6>());
-  bar_z_parent->segment<6>(6) +=
-      ShiftWrench(k.X_PB, bar_z.segment<6>(6) + CrossForce(k.V_joint, bar_z.tail<6>()));
-  bar_z_parent->tail<6>() += ShiftWrench(k.X_PB, bar_z.tail<6>());
-}
-
-void Dynamics::Solve(const VectorXd& rhs, VectorXd* x) {
-  const int count = tree_->size();
-  for (int i = 0; i < count; ++i) b_[i].setZero();
-  // Tips to root: with dF = P z + b and S^T dF = rhs, the joint's own part is y = M⁻¹ (rhs − Sᵀ b).
-  for (int i = count - 1; i >= 0; --i) {
-    if (!dynamic_[i]) continue;
-    const TreeBody& body = tree_->bodies()[i];
-    const Articulated& a = articulated_[i];
-    const int n = CountDof(body.joint);
-    Vector3d y = Vector3d::Zero();
-    if (n > 0) {
-      Vector3d e = Vector3d::Zero();
-      for (int k = 0; k < n; ++k) e(k) = rhs(body.v_start + k) - S_[i].col(k).dot(b_[i]);
-      y = a.M_inverse * e;
-      for (int k = 0; k < n; ++k) (*x)(body.v_start + k) = y(k);
-    }
-    if (body.parent < 0 || !dynamic_[body.parent]) continue;
-    Vector6d passed = b_[i];
-    for (int k = 0; k < n; ++k) passed += a.G.col(k) * y(k);
-    b_[body.parent] += ShiftWrench(kinematics_[i].X_PB, passed);
-  }
-  for (int i = 0; i < count; ++i) {
-    if (!dynamic_[i]) continue;
-    const TreeBody& body = tree_->bodies()[i];
-    const Articulated& a = articulated_[i];
-    const int n = CountDof(body.joint);
-    z_[i].setZero();
-    if (body.parent >= 0 && dynamic_[body.parent]) {
-      z_[i] = CarryPerturbation(i, z_[body.parent]);
-      for (int k = 0; k < n; ++k) (*x)(body.v_start + k) -= a.N.row(k).dot(z_[body.parent]);
-    }
-    for (int k = 0; k < n; ++k) z_[i] += a.U.col(k) * (*x)(body.v_start + k);
-  }
-}
-
-void Dynamics::SolveTransposed(const VectorXd& rhs, VectorXd* x) {
-  // The two passes of Solve, transposed and in the opposite order. z_ and b_ hold the cotangents of z and b.
-  const int count = tree_->size();
-  for (int i = 0; i < count; ++i) z_[i].setZero();
-  for (int i = count - 1; i >= 0; --i) {
-    if (!dynamic_[i]) continue;
-    const TreeBody& body = tree_->bodies()[i];
-    const Articulated& a = articulated_[i];
-    const int n = CountDof(body.joint);
-    // x holds the cotangent of y until the second pass.
-    for (int k = 0; k < n; ++k) (*x)(body.v_start + k) = rhs(body.v_start + k) + a.U.col(k).dot(z_[i]);
-    if (body.parent < 0 || !dynamic_[body.parent]) continue;
-    PullBackPerturbation(i, z_[i], &z_[body.parent]);
-    for (int k = 0; k < n; ++k) z_[body.parent] -= a.N.row(k).transpose() * (*x)(body.v_start + k);
-  }
-  for (int i = 0; i < count; ++i) {
-    if (!dynamic_[i]) continue;
-    const TreeBody& body = tree_->bodies()[i];
-    const Articulated& a = articulated_[i];
-    const int n = CountDof(body.joint);
-    b_[i].setZero();
-    Vector3d bar_y = Vector3d::Zero();
-    for (int k = 0; k < n; ++k) bar_y(k) = (*x)(body.v_start + k);
-    if (body.parent >= 0 && dynamic_[body.parent]) {
-      b_[i] = ShiftTwist(kinematics_[i].X_PB, b_[body.parent]);
-      for (int k = 0; k < n; ++k) bar_y(k) += a.G.col(k).dot(b_[i]);
-    }
-    if (n == 0) continue;
-    const Vector3d bar_rhs = a.M_inverse.transpose() * bar_y;
-    for (int k = 0; k < n; ++k) {
-      (*x)(body.v_start + k) = bar_rhs(k);
-      b_[i] -= S_[i].col(k) * bar_rhs(k);
-    }
-  }
-}
-
-void Dynamics::PullBackResidual(const VectorXd& lambda, JointCotangents* out) {
-  const int count = tree_->size();
-  for (int i = 0; i < count; ++i) {
-    W_[i].setZero();
-    bars_[i] = BodyCotangent{};
-    if (!dynamic_[i]) continue;
-    const TreeBody& body = tree_->bodies()[i];
-    if (body.parent >= 0 && dynamic_[body.parent]) W_[i] = ShiftTwist(kinematics_[i].X_PB, W_[body.parent]);
-    for (int k = 0; k < CountDof(body.joint); ++k) W_[i] += S_[i].col(k) * lambda(body.v_start + k);
-    bars_[i].eta = -external_[i].dF_deta.transpose() * W_[i];
-    bars_[i].V = CalcVelocityJacobian(i).transpose() * W_[i];
-    bars_[i].A = body.M * W_[i];
-  }
-  PullBackKinematics(&bars_, out);
-  for (int i = 0; i < count; ++i) {
-    if (!dynamic_[i]) continue;
-    const TreeBody& body = tree_->bodies()[i];
-    const int n = CountDof(body.joint);
-    for (int k = 0; k < n; ++k) out->v(body.v_start + k) += body.damping * lambda(body.v_start + k);
-    // The joint's turn also turns the subtree's wrench that it passes to the parent.
-    if (body.parent < 0 || !dynamic_[body.parent]) continue;
-    const Vector6d carried = ShiftTwist(kinematics_[i].X_PB, W_[body.parent]);
-    for (int k = 0; k < n; ++k) {
-      out->pose(body.v_start + k) += carried.dot(CrossForce(S_[i].col(k), F_[i]));
-    }
-  }
-}
-
-void Dynamics::PullBackKinematics(std::vector<BodyCotangent>* bodies, JointCotangents* out) const {
-  for (int i = tree_->size() - 1; i >= 0; --i) {
-    if (!dynamic_[i]) continue;
-    const TreeBody& body = tree_->bodies()[i];
-    const BodyKinematics& kin = kinematics_[i];
-    BodyCotangent& bar = (*bodies)[i];
-    const Vector6d bar_V = bar.V + CrossForce(kin.V_joint, bar.A);  // dA_i also falls with −crm(V_joint) dV_i
-    for (int k = 0; k < CountDof(body.joint); ++k) {
-      const Vector6d S = S_[i].col(k);
-      const int row = body.v_start + k;
-      out->vdot(row) = S.dot(bar.A);
-      out->v(row) = S.dot(bar_V) + CrossMotion(kin.V, S).dot(bar.A);
-      out->pose(row) = S.dot(bar.eta) + CrossMotion(kin.V_carried, S).dot(bar_V) +
-                       CrossMotion(kin.A_carried, S).dot(bar.A);
-    }
-    if (body.parent < 0 || !dynamic_[body.parent]) continue;
-    BodyCotangent& parent = (*bodies)[body.parent];
-    parent.eta += ShiftWrench(kin.X_PB, bar.eta);
-    parent.V += ShiftWrench(kin.X_PB, bar_V);
-    parent.A += ShiftWrench(kin.X_PB, bar.A);
   }
 }
 

@@ -1,5 +1,6 @@
 #include "sim/multibody/tree.h"
 
+#include <cmath>
 #include <utility>
 
 #include "sim/math/check.h"
@@ -35,12 +36,27 @@ int CountDof(JointType joint) {
 int Tree::AddBody(TreeBody body) {
   KNAP_CHECK(body.parent >= -1 && body.parent < size(), "body {} has parent {} of {}", body.name, body.parent, size());
   KNAP_CHECK(body.joint != JointType::kPrescribed || body.motion, "body {} has no motion", body.name);
+  const bool limited = std::isfinite(body.law.limit.lower) || std::isfinite(body.law.limit.upper);
+  KNAP_CHECK(!limited || CountDof(body.joint) == 1, "body {}: a limit on a joint that is not of one axis", body.name);
+  KNAP_CHECK(body.law.limit.width > 0.0, "body {}: limit width {}", body.name, body.law.limit.width);
   body.q_start = nq_;
   body.v_start = nv_;
   nq_ += body.joint == JointType::kBall ? 4 : CountDof(body.joint);
   nv_ += CountDof(body.joint);
   bodies_.push_back(std::move(body));
   return size() - 1;
+}
+
+int Tree::AddActuator(const Actuator& actuator) {
+  KNAP_CHECK(actuator.body >= 0 && actuator.body < size(), "actuator on body {} of {}", actuator.body, size());
+  const TreeBody& body = bodies_[actuator.body];
+  KNAP_CHECK(actuator.dof >= 0 && actuator.dof < CountDof(body.joint), "actuator on degree of freedom {} of body {}",
+             actuator.dof, body.name);
+  KNAP_CHECK(actuator.kind == ActuatorKind::kForce || body.joint != JointType::kBall,
+             "position actuator on the ball joint of body {}", body.name);
+  KNAP_CHECK(actuator.effort_limit > 0.0, "actuator of body {}: effort limit {}", body.name, actuator.effort_limit);
+  actuators_.push_back(actuator);
+  return num_controls() - 1;
 }
 
 Eigen::VectorXd Tree::MakeDefaultPositions() const {

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "sim/math/spatial.h"
+#include "sim/multibody/joint_forces.h"
 
 namespace knap {
 
@@ -43,7 +44,7 @@ struct TreeBody {
   JointType joint = JointType::kFixed;
   Pose X_PF;
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  // unit; revolute and prismatic
-  double damping = 0.0;                             // joint force −damping · v [N m s/rad, N s/m]
+  JointLaw law;
   PrescribedMotion motion;
   Matrix6d M = Matrix6d::Zero();
   int q_start = 0;  // set by Tree
@@ -61,10 +62,15 @@ class Tree {
   int nv() const { return nv_; }
   Eigen::Vector3d gravity = Eigen::Vector3d(0.0, 0.0, -9.81);  // in the world [m/s²]
 
+  // Returns the actuator's index, that of its control. The body must exist and have the degree of freedom.
+  int AddActuator(const Actuator& actuator);
+  const std::vector<Actuator>& actuators() const { return actuators_; }
+  int num_controls() const { return static_cast<int>(actuators_.size()); }
+
   // All joints at zero, balls at the identity.
   Eigen::VectorXd MakeDefaultPositions() const;
 
-  // q ⊕ xi, per joint; tangent increments in the order of v.
+  // q ⊕ xi, per joint; tangent increments in the order of v. `result` may be &q.
   void AddIncrement(const Eigen::VectorXd& q, const Eigen::VectorXd& xi, Eigen::VectorXd* result) const;
 
   // Whether the body's pose depends on any joint coordinate (fixed and prescribed chains do not).
@@ -72,6 +78,7 @@ class Tree {
 
  private:
   std::vector<TreeBody> bodies_;
+  std::vector<Actuator> actuators_;
   int nq_ = 0;
   int nv_ = 0;
 };

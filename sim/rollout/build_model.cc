@@ -135,7 +135,7 @@ class Builder {
   static TreeBody Single(TreeBody body, JointType joint, const Vector3d& axis, double damping) {
     body.joint = joint;
     body.axis = axis.normalized();
-    body.damping = damping;
+    body.law.damping = damping;
     return body;
   }
 
@@ -155,7 +155,7 @@ class Builder {
 
   void AddBall(TreeBody body, const Matrix6d& M, double damping, const Vector3d& rpy, const Vector3d& w_F) {
     body.joint = JointType::kBall;
-    body.damping = damping;
+    body.law.damping = damping;
     const Matrix3d R_FB = RotationFromRpy(rpy);
     const Eigen::Quaterniond q(R_FB);
     const Vector3d w_B = R_FB.transpose() * w_F;

@@ -4,63 +4,14 @@
 
 #include <gtest/gtest.h>
 
-#include <random>
+#include "tests/sim/dynamics/random_tree.h"
 
 namespace knap {
 namespace {
 
 using Eigen::MatrixXd;
-using Eigen::Vector3d;
 using Eigen::VectorXd;
-
-class RandomTree {
- public:
-  explicit RandomTree(std::uint64_t seed) : generator_(seed) {
-    const int count = 3 + static_cast<int>(generator_() % 5);
-    for (int i = 0; i < count; ++i) {
-      TreeBody body;
-      body.parent = i == 0 ? -1 : static_cast<int>(generator_() % (i + 1)) - 1;
-      const JointType kinds[] = {JointType::kRevolute, JointType::kPrismatic,  JointType::kTranslation,
-                                 JointType::kBall,     JointType::kPrescribed, JointType::kFixed};
-      body.joint = kinds[generator_() % 6];
-      if (i == 0) body.joint = JointType::kBall;
-      body.X_PF = {ExpSo3(Vec()).toRotationMatrix(), Vec()};
-      body.axis = Vec().normalized();
-      body.damping = 0.3 * (1.0 + U());
-      body.motion = [](double t) {
-        PrescribedState s;
-        s.X_FB.p = Vector3d(std::sin(t), t * t, 0.0);
-        s.V.tail<3>() = Vector3d(std::cos(t), 2.0 * t, 0.0);
-        s.A.tail<3>() = Vector3d(-std::sin(t), 2.0, 0.0);
-        return s;
-      };
-      const Eigen::Matrix3d a = Eigen::Matrix3d::Random();
-      body.M = MakeSpatialInertia(1.0 + 0.5 * U(), 0.3 * Vec(), a * a.transpose() + Eigen::Matrix3d::Identity());
-      tree.AddBody(body);
-    }
-    tree.gravity = Vec() * 9.0;
-    q = tree.MakeDefaultPositions();
-    VectorXd shift(tree.nv());
-    for (int k = 0; k < tree.nv(); ++k) shift(k) = U();
-    const VectorXd start = q;
-    tree.AddIncrement(start, shift, &q);
-    xi_prev = 0.3 * VectorXd::NullaryExpr(tree.nv(), [&] { return U(); });
-    xi = 0.5 * VectorXd::NullaryExpr(tree.nv(), [&] { return U(); });
-    external_slope.resize(tree.size());
-    for (auto& m : external_slope) m = Eigen::Matrix<double, 6, 6>::NullaryExpr([&] { return U(); });
-  }
-  double U() { return std::uniform_real_distribution<double>(-1.0, 1.0)(generator_); }
-  Vector3d Vec() { return Vector3d(U(), U(), U()); }
-
-  Tree tree;
-  VectorXd q;  // at the step's start
-  VectorXd xi_prev;
-  VectorXd xi;
-  std::vector<Matrix6d> external_slope;  // an outside wrench linear in the twist, so that dF_dV is exercised
-
- private:
-  std::mt19937_64 generator_;
-};
+using test::RandomTree;
 
 constexpr double kCv = 3.0;
 constexpr double kCa = 7.0;
@@ -73,6 +24,7 @@ struct Point {
 };
 
 VectorXd EvalResidual(const RandomTree& test, Dynamics* dynamics, const Point& at) {
+  dynamics->controls() = test.controls;
   VectorXd q(test.tree.nq());
   test.tree.AddIncrement(test.q, at.pose, &q);
   dynamics->CalcKinematics(q, at.v, at.vdot, 0.7);
@@ -80,9 +32,18 @@ VectorXd EvalResidual(const RandomTree& test, Dynamics* dynamics, const Point& a
     dynamics->external()[i].F = test.external_slope[i] * dynamics->kinematics()[i].V;
     dynamics->external()[i].dF_dV = test.external_slope[i];
   }
+  for (const RandomTree::Coupling& c : test.couplings) {
+    const BodyKinematics& other = dynamics->kinematics()[c.other];
+    dynamics->external()[c.body].F +=
+        c.by_position * other.X_WB.p + c.by_turn * (other.X_WB.R * c.marker) + c.by_twist * other.V;
+    CrossWrench cross{c.body, c.other, Matrix6d::Zero(), c.by_twist};
+    cross.dF_deta.leftCols<3>() = -c.by_turn * other.X_WB.R * Skew(c.marker);
+    cross.dF_deta.rightCols<3>() = c.by_position * other.X_WB.R;
+    dynamics->cross().push_back(cross);
+  }
   VectorXd r(test.tree.nv());
   VectorXd magnitude(test.tree.nv());
-  dynamics->CalcResidual(at.v, 0.0, &r, &magnitude);
+  dynamics->CalcResidual(0.0, &r, &magnitude);
   EXPECT_TRUE((r.cwiseAbs().array() <= magnitude.array() + 1e-12).all());
   return r;
 }
@@ -95,6 +56,7 @@ class DynamicsTest : public testing::TestWithParam<int> {};
 
 TEST_P(DynamicsTest, SolvesEqualTheDenseFactorisationOfDifferences) {
   RandomTree test(GetParam());
+  test.Couple(GetParam() % 5);  // every fifth tree has none
   Dynamics dynamics(test.tree);
   const int nv = test.tree.nv();
   MatrixXd J(nv, nv);
@@ -124,13 +86,14 @@ TEST_P(DynamicsTest, SolvesEqualTheDenseFactorisationOfDifferences) {
 
 TEST_P(DynamicsTest, PullBackEqualsDifferences) {
   RandomTree test(100 + GetParam());
+  test.Couple(GetParam() % 5);
   Dynamics dynamics(test.tree);
   const int nv = test.tree.nv();
   const Point at = PointAt(test, test.xi);
   const VectorXd lambda = VectorXd::NullaryExpr(nv, [&] { return test.U(); });
   EvalResidual(test, &dynamics, at);
   JointCotangents bars{VectorXd(nv), VectorXd(nv), VectorXd(nv)};
-  dynamics.PullBackResidual(lambda, &bars);
+  dynamics.PullBackResidual(lambda, &bars, nullptr);
   const double step = 1e-5;
   const auto difference = [&](const Point& plus, const Point& minus) {
     return (lambda.dot(EvalResidual(test, &dynamics, plus)) - lambda.dot(EvalResidual(test, &dynamics, minus))) /

@@ -90,7 +90,7 @@ TEST_P(OrderTest, DoublePendulumWithBallJoint) {
   TreeBody upper;
   upper.joint = JointType::kRevolute;
   upper.axis = Vector3d::UnitY();
-  upper.damping = 1e-3;
+  upper.law.damping = 1e-3;
   upper.M = MakeSpatialInertia(0.3, Vector3d(0, 0, -0.1), 1e-3 * Eigen::Matrix3d::Identity());
   tree.AddBody(upper);
   TreeBody lower;
