@@ -17,8 +17,9 @@ namespace knap {
 using ScenarioFiles = std::map<std::string, std::string>;
 
 struct EngineRequest {
-  std::vector<double> theta;
-  std::vector<double> theta_reference;  // empty: task loss; else distillation against the trajectory at these
+  std::vector<double> theta;      // design parameters
+  std::vector<double> controls;   // open loop, interval by interval, actuator by actuator; empty: none
+  std::vector<double> reference;  // theta, then controls: distillation against their trajectory; empty: task loss
   std::vector<double> variation;
   bool gradient = true;
 };
@@ -27,7 +28,7 @@ struct EngineAnswer {
   std::string error;  // empty, or why no answer exists (bad input); all other fields are then meaningless
   double loss = 0.0;
   bool success = false;
-  std::vector<double> gradient;
+  std::vector<double> gradient;  // dloss/dtheta, then dloss/dcontrols; empty when not asked for
   bool finite = false;
   bool converged = false;
   bool smooth = false;

@@ -26,7 +26,7 @@ class KnapScenario final : public EngineScenario {
     EngineAnswer answer;
     RolloutInput input;
     input.theta = ToVector(request.theta);
-    input.theta_reference = ToVector(request.theta_reference);
+    input.theta_reference = ToVector(request.reference);
     input.variation = request.variation;
     input.want_gradient = request.gradient;
     try {

@@ -127,7 +127,8 @@ void WorkerReactor::HandleRequest(const rollout_request_t& request) {
   }
   if (IsQueued(id) || queue_.size() >= static_cast<std::size_t>(kMaxQueue)) return;
 
-  const std::int64_t total = std::int64_t{request.theta_size} + request.reference_size + request.variation_size;
+  const std::int64_t total =
+      std::int64_t{request.theta_size} + request.control_size + request.reference_size + request.variation_size;
   if (total > kMaxValues) {
     ++refusals_.malformed;
     return;
@@ -154,17 +155,19 @@ void WorkerReactor::ErasePartial(const ContentId& id) {
 
 void WorkerReactor::TakeRequest(const rollout_request_t& head, const std::vector<double>& values) {
   const auto theta_end = values.begin() + head.theta_size;
-  const auto reference_end = theta_end + head.reference_size;
+  const auto controls_end = theta_end + head.control_size;
+  const auto reference_end = controls_end + head.reference_size;
   Job job;
   job.id = MakeId(head.id);
   job.scenario = MakeId(head.scenario);
   job.attempt = head.attempt;
   job.request.theta.assign(values.begin(), theta_end);
-  job.request.theta_reference.assign(theta_end, reference_end);
+  job.request.controls.assign(theta_end, controls_end);
+  job.request.reference.assign(controls_end, reference_end);
   job.request.variation.assign(reference_end, values.end());
   job.request.gradient = head.gradient != 0;
-  const ContentId id = CalcRequestId({identity_.engine, job.scenario, job.request.theta, job.request.theta_reference,
-                                      job.request.variation, job.request.gradient});
+  const ContentId id = CalcRequestId({identity_.engine, job.scenario, job.request.theta, job.request.controls,
+                                      job.request.reference, job.request.variation, job.request.gradient});
   if (id != job.id) {
     ++refusals_.malformed;  // the coordinator means another engine, or parts of two requests were mixed
     return;

@@ -17,6 +17,7 @@ namespace knap {
 struct DispatchOptions {
   std::int64_t run_id = 0;            // a nonce of this run's; not 0
   std::string engine = "knap";        // workers with another engine get no work
+  std::size_t control_size = 0;       // of every theta: its last values are open-loop controls, the others design
   int credits = 2;                    // requests that one worker holds at a time, 1 to kMaxQueue: one runs, one waits
   double lease_s = 1.0;               // a worker silent for so long is believed gone; it sends its status at 4 Hz
   double stall_s = 120.0;             // a worker without any progress for so long is believed stuck

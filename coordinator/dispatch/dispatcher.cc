@@ -64,8 +64,14 @@ Dispatcher::Dispatcher(DispatchOptions options, const RunKey& key, const std::ma
       answers_(options_.max_answers) {}
 
 ContentId Dispatcher::CalcId(const RolloutQuery& query) const {
-  return CalcRequestId(
-      {options_.engine, scenario(), query.theta, query.theta_reference, query.variation, query.gradient});
+  const std::span<const double> theta = query.theta;
+  if (theta.size() < options_.control_size) {
+    throw std::invalid_argument(
+        fmt::format("a query of {} values; {} of them should be controls", theta.size(), options_.control_size));
+  }
+  const std::size_t design_size = theta.size() - options_.control_size;
+  return CalcRequestId({options_.engine, scenario(), theta.first(design_size), theta.subspan(design_size),
+                        query.theta_reference, query.variation, query.gradient});
 }
 
 std::vector<RolloutOutcome> Dispatcher::Evaluate(std::span<const RolloutQuery> queries) {

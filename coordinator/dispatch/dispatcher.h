@@ -64,6 +64,7 @@ class Dispatcher : public RolloutService {
   // Remembers an answer from an earlier life of the run: the query is then not computed again.
   void Preload(const ContentId& id, RolloutOutcome outcome);
 
+  // Throws std::invalid_argument for a query with fewer values than DispatchOptions::control_size.
   ContentId CalcId(const RolloutQuery& query) const;
   const ContentId& scenario() const { return scenario_server_.scenario(); }
 

@@ -102,7 +102,8 @@ void Dispatcher::SendRequest(const ContentId& id, OpenRequest* request, KnownWor
   head.receiver = worker->instance;
   head.attempt = request->attempts;
   head.gradient = query.gradient ? 1 : 0;
-  head.theta_size = static_cast<std::int32_t>(query.theta.size());
+  head.theta_size = static_cast<std::int32_t>(query.theta.size() - options_.control_size);
+  head.control_size = static_cast<std::int32_t>(options_.control_size);
   head.reference_size = static_cast<std::int32_t>(query.theta_reference.size());
   head.variation_size = static_cast<std::int32_t>(query.variation.size());
   CopyId(id, head.id);

@@ -24,7 +24,7 @@ void SetCounts(rollout_request_t* message) {
 
 void Scan(const rollout_request_t*, WireScanner* scanner) {
   scanner->Skip(5 * kScalar64 + 2 * kScalar32);
-  for (int i = 0; i < 4; ++i) scanner->TakeCount(kMaxValues);  // three sizes and the first index
+  for (int i = 0; i < 5; ++i) scanner->TakeCount(kMaxValues);  // four sizes and the first index
   const std::size_t values = scanner->TakeCount(kValuesPerPart);
   const std::size_t acknowledged = scanner->TakeCount(kAcknowledgementsPerRequest * static_cast<std::int32_t>(kId));
   scanner->Skip(2 * kId + values * kScalar64 + acknowledged + RunKey::kDigestSize);

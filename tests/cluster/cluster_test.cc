@@ -86,7 +86,7 @@ class Cluster {
     ASSERT_EQ(outcomes.size(), queries.size());
     for (std::size_t i = 0; i < queries.size(); ++i) {
       const EngineAnswer expected =
-          loaded->Run({queries[i].theta, queries[i].theta_reference, queries[i].variation, queries[i].gradient},
+          loaded->Run({queries[i].theta, {}, queries[i].theta_reference, queries[i].variation, queries[i].gradient},
                       [](std::int64_t, std::int64_t) {});
       EXPECT_EQ(outcomes[i].loss, expected.loss) << "query " << i;
       EXPECT_EQ(outcomes[i].gradient, expected.gradient) << "query " << i;

@@ -29,11 +29,13 @@ void ScheduleCrashes(SimulatedCluster* cluster, int worker_count, double mean_in
   });
 }
 
-void RunSchedule(std::uint64_t seed, DispatchCounters* sum) {
+void RunSchedule(std::uint64_t seed, std::size_t controls, DispatchCounters* sum) {
   SCOPED_TRACE("seed " + std::to_string(seed));
   // A scenario of several pieces, so that fetching it meets faults too.
-  SimulatedCluster cluster(seed, SimulatedCluster::MakeOptions(),
-                           {{"scenario.txt", "dimension 4\nsteps 10\n"}, {"mesh.obj", std::string(5000, 'v')}});
+  const std::string scenario = "dimension 4\nsteps 10\ncontrols " + std::to_string(controls) + "\n";
+  DispatchOptions options = SimulatedCluster::MakeOptions();
+  options.control_size = controls;
+  SimulatedCluster cluster(seed, options, {{"scenario.txt", scenario}, {"mesh.obj", std::string(5000, 'v')}});
   SimulatedNetwork& network = cluster.network;
   FaultRates faults;
   faults.drop = 0.3 * network.DrawUniform();
@@ -53,8 +55,8 @@ void RunSchedule(std::uint64_t seed, DispatchCounters* sum) {
   });
 
   for (int call = 0; call < 3; ++call) {
-    auto queries = SimulatedCluster::MakeQueries(7, 10.0 * call);
-    const auto repeated = SimulatedCluster::MakeQueries(2);
+    auto queries = SimulatedCluster::MakeQueries(7, 10.0 * call, controls);
+    const auto repeated = SimulatedCluster::MakeQueries(2, 0.0, controls);
     queries.insert(queries.end(), repeated.begin(), repeated.end());
     const auto expected = cluster.CalcExpected(queries);
     std::vector<RolloutOutcome> outcomes;
@@ -81,13 +83,42 @@ void RunSchedule(std::uint64_t seed, DispatchCounters* sum) {
 
 TEST(DispatcherFaultTest, EveryAnswerArrivesWithTheRightBits) {
   DispatchCounters sum;
-  for (std::uint64_t seed = 1; seed <= kSchedules && !HasFailure(); ++seed) RunSchedule(seed, &sum);
+  for (std::uint64_t seed = 1; seed <= kSchedules && !HasFailure(); ++seed) RunSchedule(seed, 0, &sum);
   // The schedules are worth something only if all this happened, and often.
   EXPECT_GT(sum.reissued, kSchedules);
   EXPECT_GT(sum.resent, kSchedules);
   EXPECT_GT(sum.duplicates, kSchedules);
   EXPECT_GT(sum.workers_lost, kSchedules);
   EXPECT_GT(sum.refused.corrupt, kSchedules);
+}
+
+// Requests of up to 250 values and answers of 124: three parts and two, of which any may be lost.
+TEST(DispatcherFaultTest, ControlsArriveInParts) {
+  DispatchCounters sum;
+  for (std::uint64_t seed = 1001; seed <= 1000 + kSchedules / 3 && !HasFailure(); ++seed) RunSchedule(seed, 120, &sum);
+  EXPECT_GT(sum.resent, kSchedules / 3);
+  EXPECT_GT(sum.refused.corrupt, kSchedules / 3);
+}
+
+// As many values as a policy has weights: 100 messages for a request and 50 for its answer. On a network that loses one
+// message in ten a whole request never arrives at once; what is sent again fills the gaps.
+TEST(DispatcherFaultTest, LargeRequestsNeedOnlyTheirMissingParts) {
+  DispatchOptions options = SimulatedCluster::MakeOptions();
+  options.control_size = 4796;
+  SimulatedCluster cluster(2001, options, {{"scenario.txt", "dimension 4\nsteps 10\ncontrols 4796\n"}});
+  FaultRates faults;
+  faults.drop = 0.1;
+  cluster.network.set_faults(faults);
+  cluster.StartWorker("a", 10'000);
+  cluster.StartWorker("b", 10'000);
+  const auto queries = SimulatedCluster::MakeQueries(6, 0.0, 4796);
+  const auto expected = cluster.CalcExpected(queries);
+  const auto outcomes = cluster.dispatcher->Evaluate(queries);
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_EQ(outcomes[i].loss, expected[i].loss);
+    EXPECT_EQ(outcomes[i].gradient, expected[i].gradient);
+  }
+  EXPECT_LT(cluster.now_s(), 10.0);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // A dispatcher and any number of workers in simulated time, and what their answers must be.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -30,6 +31,7 @@ class SimulatedCluster {
                             Scenario scenario_files = {{"scenario.txt", "dimension 4\nsteps 10\n"}})
       : network(seed),
         scenario(std::move(scenario_files)),
+        control_size(options.control_size),
         transport(network.Connect(Dispatcher::ListChannels(), {})),
         dispatcher(std::make_unique<Dispatcher>(options, RunKey(), scenario, transport.get(), &network)) {}
 
@@ -45,7 +47,8 @@ class SimulatedCluster {
   }
   void CrashWorker(const std::string& name) { workers.erase(name); }
 
-  static std::vector<RolloutQuery> MakeQueries(std::size_t count, double offset = 0.0) {
+  // For scenarios of dimension 4 with so many controls.
+  static std::vector<RolloutQuery> MakeQueries(std::size_t count, double offset = 0.0, std::size_t controls = 0) {
     std::vector<RolloutQuery> queries(count);
     for (std::size_t i = 0; i < count; ++i) {
       const double x = offset + static_cast<double>(i);
@@ -53,6 +56,10 @@ class SimulatedCluster {
       queries[i].variation = {0.013 * x, -0.7};
       if (i % 3 == 1) queries[i].theta_reference = {0.3, 0.1 * x, 0.7, 2.0};
       queries[i].gradient = i % 4 != 3;
+      for (std::size_t k = 0; k < controls; ++k) {
+        queries[i].theta.push_back(0.01 * static_cast<double>(k) - x);
+        if (i % 3 == 1) queries[i].theta_reference.push_back(0.02 * static_cast<double>(k));
+      }
     }
     return queries;
   }
@@ -62,8 +69,13 @@ class SimulatedCluster {
     const std::unique_ptr<EngineScenario> loaded = engine.Load(scenario);
     std::vector<EngineAnswer> answers;
     for (const RolloutQuery& query : queries) {
-      answers.push_back(loaded->Run({query.theta, query.theta_reference, query.variation, query.gradient},
-                                    [](std::int64_t, std::int64_t) {}));
+      const auto design_end = query.theta.end() - static_cast<std::ptrdiff_t>(control_size);
+      const EngineRequest request{.theta = {query.theta.begin(), design_end},
+                                  .controls = {design_end, query.theta.end()},
+                                  .reference = query.theta_reference,
+                                  .variation = query.variation,
+                                  .gradient = query.gradient};
+      answers.push_back(loaded->Run(request, [](std::int64_t, std::int64_t) {}));
     }
     return answers;
   }
@@ -72,6 +84,7 @@ class SimulatedCluster {
 
   SimulatedNetwork network;
   Scenario scenario;
+  std::size_t control_size;
   ClosedFormEngine engine;
   std::map<std::string, std::unique_ptr<SimulatedWorker>> workers;
   std::int64_t instances = 1000;

@@ -26,9 +26,12 @@ TEST(ContentIdTest, Sha256OfAbc) {
 TEST(ContentIdTest, RequestIdIsTheDocumentedHash) {
   // Made independently, with Python's struct and hashlib, from the description in docs/protocol.md
   const std::vector<double> theta = {1.0, -2.5};
+  const std::vector<double> controls = {0.5, -1.0, 2.0};
   const std::vector<double> variation = {0.125};
-  EXPECT_EQ(FormatHex(CalcRequestId({"knap", CalcSha256("abc"), theta, {}, variation, true})),
-            "08edbe99ba6a90378a37b2ff3518c73536de64ef5888d62afbdfcfe95a063889");
+  EXPECT_EQ(FormatHex(CalcRequestId({"knap", CalcSha256("abc"), theta, {}, {}, variation, true})),
+            "9831845c9d0eb7a4dcdf7455d24ea461a4c65004e5b25cbf00c2abd690612d99");
+  EXPECT_EQ(FormatHex(CalcRequestId({"knap", CalcSha256("abc"), theta, controls, {}, variation, true})),
+            "16bf0792c29261e2e8decd68bacfb6b2bf542b7e115235f308bfd22a98eb3ce2");
 }
 
 TEST(ContentIdTest, EveryIngredientCounts) {
@@ -38,16 +41,20 @@ TEST(ContentIdTest, EveryIngredientCounts) {
   const std::vector<double> minus_zero = {-0.0, 2.0};
   const ContentId scenario{};
   const std::vector<ContentId> ids = {
-      CalcRequestId({"knap", scenario, a, {}, a, true}),
-      CalcRequestId({"knaq", scenario, a, {}, a, true}),
-      CalcRequestId({"knap", CalcSha256(""), a, {}, a, true}),
-      CalcRequestId({"knap", scenario, b, {}, a, true}),
-      CalcRequestId({"knap", scenario, a, a, a, true}),
-      CalcRequestId({"knap", scenario, a, {}, b, true}),
-      CalcRequestId({"knap", scenario, a, {}, a, false}),
-      CalcRequestId({"knap", scenario, a, a, {}, true}),
-      CalcRequestId({"knap", scenario, zero, {}, a, true}),
-      CalcRequestId({"knap", scenario, minus_zero, {}, a, true}),
+      CalcRequestId({"knap", scenario, a, {}, {}, a, true}),
+      CalcRequestId({"knaq", scenario, a, {}, {}, a, true}),
+      CalcRequestId({"knap", CalcSha256(""), a, {}, {}, a, true}),
+      CalcRequestId({"knap", scenario, b, {}, {}, a, true}),
+      CalcRequestId({"knap", scenario, a, {}, a, a, true}),
+      CalcRequestId({"knap", scenario, a, {}, {}, b, true}),
+      CalcRequestId({"knap", scenario, a, {}, {}, a, false}),
+      CalcRequestId({"knap", scenario, a, {}, a, {}, true}),
+      CalcRequestId({"knap", scenario, zero, {}, {}, a, true}),
+      CalcRequestId({"knap", scenario, minus_zero, {}, {}, a, true}),
+      CalcRequestId({"knap", scenario, a, a, {}, a, true}),
+      CalcRequestId({"knap", scenario, a, b, {}, a, true}),
+      CalcRequestId({"knap", scenario, a, a, {}, {}, true}),
+      CalcRequestId({"knap", scenario, {}, a, {}, a, true}),
   };
   for (std::size_t i = 0; i < ids.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) EXPECT_NE(ids[i], ids[j]) << i << " " << j;

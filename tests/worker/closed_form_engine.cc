@@ -12,6 +12,7 @@ namespace {
 
 struct Parameters {
   std::size_t dimension = 4;
+  std::size_t controls = 0;
   std::int64_t steps = 10;
   std::int64_t step_us = 0;
   std::optional<double> crash_at;
@@ -30,6 +31,8 @@ Parameters ParseScenario(const ScenarioFiles& files) {
     if (!(lines >> value)) throw std::runtime_error("scenario.txt: '" + key + "' has no value");
     if (key == "dimension") {
       parameters.dimension = static_cast<std::size_t>(value);
+    } else if (key == "controls") {
+      parameters.controls = static_cast<std::size_t>(value);
     } else if (key == "steps") {
       parameters.steps = static_cast<std::int64_t>(value);
     } else if (key == "step_us") {
@@ -54,6 +57,9 @@ class ClosedFormScenario : public EngineScenario {
   EngineAnswer Run(const EngineRequest& request,
                    const std::function<void(std::int64_t, std::int64_t)>& progress) override {
     if (request.theta.size() != parameters_.dimension) throw std::runtime_error("theta has another length");
+    if (request.controls.size() != parameters_.controls) throw std::runtime_error("controls have another length");
+    std::vector<double> x = request.theta;
+    x.insert(x.end(), request.controls.begin(), request.controls.end());
     const std::vector<double>& v = request.variation;
     const auto is_at = [&](const std::optional<double>& value) { return value && !v.empty() && v[0] == *value; };
     if (is_at(parameters_.fail_at)) throw std::runtime_error("this variation cannot be simulated");
@@ -66,12 +72,12 @@ class ClosedFormScenario : public EngineScenario {
       progress(step + 1, parameters_.steps);
     }
     EngineAnswer answer;
-    for (std::size_t i = 0; i < request.theta.size(); ++i) {
-      const bool task = request.theta_reference.empty();
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      const bool task = request.reference.empty();
       const double weight = task ? 1.0 + 0.5 * static_cast<double>(i) : 1.0;
       const double target =
-          task ? 0.1 * static_cast<double>(i) + (v.empty() ? 0.0 : v[i % v.size()]) : request.theta_reference.at(i);
-      const double error = request.theta[i] - target;
+          task ? 0.1 * static_cast<double>(i) + (v.empty() ? 0.0 : v[i % v.size()]) : request.reference.at(i);
+      const double error = x[i] - target;
       answer.loss += 0.5 * weight * error * error;
       if (request.gradient) answer.gradient.push_back(weight * error);
     }

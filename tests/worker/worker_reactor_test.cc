@@ -85,7 +85,7 @@ class WorkerReactorTest : public ::testing::Test {
   ContentId CalcId(double theta) const {
     const std::vector<double> values = {theta, 1.0, 2.0, 3.0};
     const std::vector<double> variation = {0.5};
-    return CalcRequestId({"closed-form", scenario_, values, {}, variation, true});
+    return CalcRequestId({"closed-form", scenario_, values, {}, {}, variation, true});
   }
   void SendRequest(const rollout_request_t& request, std::int64_t run_id = kRun) {
     sender_.Publish("KNAP_REQUEST_w", run_id, request);
