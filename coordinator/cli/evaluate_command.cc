@@ -1,13 +1,11 @@
 #include "coordinator/cli/evaluate_command.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
-#include <iostream>
 #include <memory>
 #include <optional>
 #include <span>
@@ -15,14 +13,13 @@
 #include <vector>
 
 #include "coordinator/cli/cluster_flags.h"
+#include "coordinator/cli/count_progress.h"
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/loaded_run.h"
 #include "coordinator/cli/problem_from_scene.h"
 #include "coordinator/cli/theta_choice.h"
 #include "coordinator/learning/batch_objective.h"
 #include "coordinator/learning/evaluation.h"
-#include "coordinator/progress/progress.h"
-#include "knap/run_status_t.hpp"
 
 namespace knap {
 namespace {
@@ -37,6 +34,7 @@ struct EvaluateArguments {
   std::optional<int> variations;
   std::optional<std::uint64_t> seed;
   std::string theta;
+  std::string engine = "knap";
   bool json = false, quiet = false;
 };
 
@@ -99,7 +97,7 @@ void PrintTests(const ParameterSpec& parameters, const std::vector<Test>& tests)
   fmt::print("success rate (95% interval) and mean loss on {} variations of seed {}\n", first.variations, first.seed);
   for (const Test& test : tests) {
     std::string theta;
-    for (std::size_t i = 0; i < test.theta.size(); ++i) {
+    for (std::size_t i = 0; i < test.theta.size() - parameters.controls; ++i) {
       theta += fmt::format("  {} {:.2f} mm", parameters.names[i], 1e3 * test.theta[i]);
     }
     fmt::print("{:5.1f}% ({:.1f} to {:.1f}%)  loss {:.4g}{}\n", 100.0 * test.summary.success_rate,
@@ -113,50 +111,12 @@ void PrintTests(const ParameterSpec& parameters, const std::vector<Test>& tests)
   if (tests.size() > 1) fmt::print("median of {} designs: {:.1f}%\n", tests.size(), 100.0 * CalcMedianRate(tests));
 }
 
-// Shows on stderr how many of `tests` rollouts are answered, until it is destroyed.
-class TestProgress {
- public:
-  TestProgress(const Scene& scene, int tests, bool quiet, ClusterSession* session) : session_(session) {
-    state_.title = scene.name;
-    state_.phase = ProgressPhase::kTesting;
-    state_.tests = tests;
-    state_.workers_wanted = session->workers_wanted();
-    status_.scenario = scene.name;
-    status_.state = run_status_t::kEvaluating;
-    if (!quiet) reporter_.emplace(std::cerr, DetectTerminal(STDERR_FILENO));
-    session_->set_on_pump([this] { Update(); });
-    Update();
-  }
-  ~TestProgress() {
-    session_->set_on_pump({});
-    if (reporter_) reporter_->Clear();
-  }
-  TestProgress(const TestProgress&) = delete;
-  TestProgress& operator=(const TestProgress&) = delete;
-
- private:
-  void Update() {
-    const Dispatcher& dispatcher = session_->dispatcher();
-    state_.elapsed_s = static_cast<double>(clock_.now_us() - started_us_) * 1e-6;
-    state_.rollouts = dispatcher.counters().computed;
-    state_.tested = static_cast<int>(state_.rollouts);
-    state_.workers_alive = dispatcher.CountUsableWorkers();
-    state_.retries = dispatcher.counters().reissued;
-    if (reporter_) reporter_->Update(state_);
-    status_.progress = CalcDonePart(state_);
-    status_.eta_s = CalcTimeLeft(state_).value_or(-1.0);
-    session_->dispatcher().SetProgress(status_);
-  }
-
-  ClusterSession* session_;
-  SteadyClock clock_;
-  const std::int64_t started_us_ = clock_.now_us();
-  std::optional<ProgressReporter> reporter_;
-  ProgressState state_;
-  RunProgress status_;
-};
-
 int RunEvaluate(const EvaluateArguments& arguments) {
+  if (arguments.engine != "knap") {
+    throw UsageError(fmt::format("--engine {}: {}", arguments.engine,
+                                 arguments.engine == "bullet" ? "there is no engine on Bullet's dynamics yet; knap is"
+                                                              : "no such engine; knap is the only one"));
+  }
   const bool is_run = fs::is_directory(arguments.path);
   const fs::path config = is_run ? OpenRun(arguments.path).config_path() : fs::path(arguments.path);
   const LoadedScenario scenario = LoadValidScenario(config, arguments.overrides);
@@ -173,7 +133,8 @@ int RunEvaluate(const EvaluateArguments& arguments) {
   std::vector<Test> tests;
   {
     ClusterSession session(arguments.cluster, scenario.files);
-    const TestProgress progress(scene, n * static_cast<int>(thetas.size()), arguments.quiet, &session);
+    const CountProgress progress(scene.name, scene.name, n * static_cast<std::int64_t>(thetas.size()), arguments.quiet,
+                                 &session);
     tests = TestDesigns(thetas, problem.variations, n, seed, session.service());
   }
   if (arguments.json) {
@@ -199,6 +160,7 @@ void AddEvaluateCommand(CLI::App* app, std::function<int()>* command) {
   evaluate->add_option("--seed", arguments->seed, "of the variations (default: the scenario's)");
   evaluate->add_option("--theta", arguments->theta,
                        "initial, learned, random:K or NAME=VALUE,... (default: learned for a run, else initial)");
+  evaluate->add_option("--engine", arguments->engine, "that simulates: knap (default)");
   evaluate->add_flag("--json", arguments->json, "print a JSON document on stdout");
   evaluate->add_flag("--quiet", arguments->quiet, "no progress");
   evaluate->callback([arguments, command] { *command = [arguments] { return RunEvaluate(*arguments); }; });

@@ -1,24 +1,22 @@
 #include "coordinator/cli/gradcheck_command.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
-#include <iostream>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "coordinator/cli/cluster_flags.h"
 #include "coordinator/cli/cluster_session.h"
+#include "coordinator/cli/count_progress.h"
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/loaded_run.h"
 #include "coordinator/cli/problem_from_scene.h"
 #include "coordinator/cli/rollout_arguments.h"
 #include "coordinator/gradcheck/gradient_check.h"
 #include "coordinator/gradcheck/gradient_check_report.h"
-#include "coordinator/progress/progress.h"
 
 namespace knap {
 namespace {
@@ -36,30 +34,16 @@ int RunGradcheck(const GradcheckFlags& flags) {
   const Problem problem = MakeProblem(scenario.parsed.scene);
   ClusterSession session(flags.cluster, scenario.files);
 
-  ProgressReporter reporter(std::cerr, DetectTerminal(STDERR_FILENO));
-  ProgressState state;
-  state.title = scenario.parsed.scene.name + " gradient check";
-  state.phase = ProgressPhase::kTesting;
-  state.workers_wanted = session.workers_wanted();
-  const auto begin = std::chrono::steady_clock::now();
-  std::int64_t asked = 0;
-  const auto refresh = [&] {
-    const DispatchCounters& counters = session.dispatcher().counters();
-    state.elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    state.rollouts = counters.computed;
-    state.tested = static_cast<int>(counters.computed);
-    state.tests = static_cast<int>(std::max(asked, CalcLeastRollouts(problem, flags.check)));
-    state.workers_alive = session.dispatcher().CountUsableWorkers();
-    state.retries = counters.reissued;
-  };
-  session.set_on_pump([&] {
-    refresh();
-    reporter.Update(state);
-  });
-  const GradientCheckReport report =
-      CheckGradients(problem, flags.check, session.service(), [&](const GradientCheckProgress& p) { asked = p.asked; });
-  refresh();
-  reporter.Finish(state);
+  GradientCheckReport report;
+  {
+    const std::int64_t least = CalcLeastRollouts(problem, flags.check);
+    const std::string& name = scenario.parsed.scene.name;
+    CountProgress progress(name, name + " gradient check", least, false, &session);
+    report = CheckGradients(problem, flags.check, session.service(), [&](const GradientCheckProgress& p) {
+      progress.set_rollouts(std::max(p.asked, least));
+    });
+    progress.Finish();
+  }
 
   if (flags.json) {
     fmt::print("{}\n", MakeGradientCheckJson(report, problem, flags.check).dump(2));

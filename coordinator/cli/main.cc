@@ -5,6 +5,7 @@
 #include "coordinator/cli/evaluate_command.h"
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/gradcheck_command.h"
+#include "coordinator/cli/landscape_command.h"
 #include "coordinator/cli/learn_command.h"
 #include "coordinator/cli/rollout_command.h"
 #include "coordinator/cli/validate_command.h"
@@ -17,6 +18,7 @@ int main(int argc, char** argv) {
   knap::AddLearnCommand(&app, &command);
   knap::AddEvaluateCommand(&app, &command);
   knap::AddGradcheckCommand(&app, &command);
+  knap::AddLandscapeCommand(&app, &command);
   knap::AddRolloutCommand(&app, &command);
   knap::AddValidateCommand(&app, &command);
   try {

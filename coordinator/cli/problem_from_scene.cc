@@ -35,6 +35,7 @@ Problem MakeProblem(const Scene& scene) {
     problem.parameters.lower.push_back(parameter.lower);
     problem.parameters.upper.push_back(parameter.upper);
     problem.parameters.initial.push_back(parameter.initial);
+    problem.parameters.units.push_back("m");
   }
   for (const Variation& variation : scene.variation) {
     VariationKey key;

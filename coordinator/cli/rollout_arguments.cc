@@ -16,6 +16,14 @@
 namespace knap {
 namespace {
 
+constexpr std::size_t kMostNamesShown = 20;
+
+// Of parameter i: the unit that the problem names it with stands for it.
+Dimension GetDimension(const ParameterSpec& parameters, std::size_t i) {
+  const std::string unit = parameters.GetUnit(i);
+  return unit.empty() ? kDimensionless : ParseQuantity("1 " + unit).value().dimension;
+}
+
 std::vector<std::string> Split(const std::string& text) {
   std::vector<std::string> parts;
   for (std::size_t begin = 0;;) {
@@ -43,6 +51,18 @@ void CheckCount(std::size_t got, std::size_t expected, const std::string& what, 
 
 }  // namespace
 
+std::size_t FindParameter(const std::string& name, const std::string& option, const ParameterSpec& parameters) {
+  const std::vector<std::string>& names = parameters.names;
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
+  const std::string nearest = FindNearestName(name, names);
+  const auto shown_end = names.begin() + static_cast<std::ptrdiff_t>(std::min(names.size(), kMostNamesShown));
+  throw UsageError(fmt::format("{}: no parameter '{}'; {}", option, name,
+                               nearest.empty() ? fmt::format("there are {}{}", fmt::join(names.begin(), shown_end, ", "),
+                                                             shown_end == names.end() ? "" : ", …")
+                                               : fmt::format("did you mean {}?", nearest)));
+}
+
 std::vector<double> ParseTheta(const std::string& text, const std::string& option, const ParameterSpec& parameters) {
   const std::vector<std::string>& names = parameters.names;
   std::vector<double> theta = parameters.initial;
@@ -53,9 +73,9 @@ std::vector<double> ParseTheta(const std::string& text, const std::string& optio
       throw UsageError(
           fmt::format("{}: '{}': expected initial, NAME=VALUE,… or all {} values", option, text, names.size()));
     }
-    CheckCount(parts.size(), names.size(), "design parameters", option);
+    CheckCount(parts.size(), names.size(), "parameters", option);
     for (std::size_t i = 0; i < parts.size(); ++i) {
-      theta[i] = ParseValue(parts[i], kLength, fmt::format("{}: {}", option, names[i]));
+      theta[i] = ParseValue(parts[i], GetDimension(parameters, i), fmt::format("{}: {}", option, names[i]));
     }
     return theta;
   }
@@ -64,21 +84,16 @@ std::vector<double> ParseTheta(const std::string& text, const std::string& optio
     const std::size_t equals = part.find('=');
     if (equals == std::string::npos) throw UsageError(fmt::format("{}: '{}': expected NAME=VALUE", option, part));
     const std::string name = part.substr(0, equals);
-    const auto found = std::find(names.begin(), names.end(), name);
-    if (found == names.end()) {
-      const std::string nearest = FindNearestName(name, names);
-      throw UsageError(fmt::format("{}: no parameter '{}'; {}", option, name,
-                                   nearest.empty() ? fmt::format("there are {}", fmt::join(names, ", "))
-                                                   : fmt::format("did you mean {}?", nearest)));
-    }
-    const auto i = static_cast<std::size_t>(found - names.begin());
+    const std::size_t i = FindParameter(name, option, parameters);
     if (given[i]) throw UsageError(fmt::format("{}: {} is given twice", option, name));
     given[i] = true;
     // A person writes this: as in files, 30 must not stand for metres unnoticed.
     const std::string value = part.substr(equals + 1);
     const auto quantity = ParseQuantity(value);
-    if (!quantity || quantity->dimension != kLength) {
-      throw UsageError(fmt::format("{}: {}: value '{}': expected {}", option, name, value, DescribeQuantity(kLength)));
+    const Dimension dimension = GetDimension(parameters, i);
+    if (!quantity || quantity->dimension != dimension) {
+      throw UsageError(
+          fmt::format("{}: {}: value '{}': expected {}", option, name, value, DescribeQuantity(dimension)));
     }
     theta[i] = quantity->value;
   }

@@ -1,6 +1,7 @@
 // Designs and variations as they are written on the command line.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -9,9 +10,12 @@
 
 namespace knap {
 
+// The index of a parameter by its name. Throws UsageError that begins with `option` and names what is near, or allowed.
+std::size_t FindParameter(const std::string& name, const std::string& option, const ParameterSpec& parameters);
+
 // One design: "initial"; "NAME=VALUE,…" with units, the others at their initial value, "depth=10 mm"; or all d values,
-// "v1,v2,…", in m or with units. It may lie outside the bounds. Throws UsageError that begins with `option` for an
-// unknown or repeated name, a wrong number of values and what is no length.
+// "v1,v2,…", in SI or with units. It may lie outside the bounds. Throws UsageError that begins with `option` for an
+// unknown or repeated name, a wrong number of values and what has not the parameter's dimension.
 std::vector<double> ParseTheta(const std::string& text, const std::string& option, const ParameterSpec& parameters);
 
 // Values for the scene's varied keys in their order, "v1,v2,…", each an SI number or with its unit. Throws

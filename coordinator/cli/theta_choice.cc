@@ -30,14 +30,18 @@ std::vector<std::vector<double>> SampleThetas(std::string_view count_text, const
 
 }  // namespace
 
+std::vector<double> ChooseTheta(const std::string& text, const ParameterSpec& parameters,
+                                const std::function<std::vector<double>()>& read_learned) {
+  return text == "learned" ? read_learned() : ParseTheta(text, "--theta", parameters);
+}
+
 std::vector<std::vector<double>> ChooseThetas(const std::string& text, const ParameterSpec& parameters,
                                               std::uint64_t seed,
                                               const std::function<std::vector<double>()>& read_learned) {
-  if (text == "learned") return {read_learned()};
   if (text.rfind(kRandomPrefix, 0) == 0) {
     return SampleThetas(std::string_view(text).substr(kRandomPrefix.size()), parameters, seed);
   }
-  return {ParseTheta(text, "--theta", parameters)};
+  return {ChooseTheta(text, parameters, read_learned)};
 }
 
 }  // namespace knap

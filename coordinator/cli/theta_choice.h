@@ -10,10 +10,13 @@
 
 namespace knap {
 
+// One design: `learned` is what `read_learned` returns, else see ParseTheta.
+std::vector<double> ChooseTheta(const std::string& text, const ParameterSpec& parameters,
+                                const std::function<std::vector<double>()>& read_learned);
+
 // One theta a design:
-//   learned             what `read_learned` returns
 //   random:K            K designs, uniform within the bounds, from the stream kRandomThetas of `seed`
-//   else                one design, see ParseTheta
+//   else                one design, see ChooseTheta
 // Values may lie outside the bounds. Throws UsageError naming what is wrong and what is allowed.
 std::vector<std::vector<double>> ChooseThetas(const std::string& text, const ParameterSpec& parameters,
                                               std::uint64_t seed,

@@ -32,6 +32,11 @@ void CheckParameters(const ParameterSpec& spec) {
     Refuse("parameters: ", d, " names, ", spec.lower.size(), " lower, ", spec.upper.size(), " upper and ",
            spec.initial.size(), " initial values; expected equal numbers");
   }
+  if ((!spec.units.empty() && spec.units.size() != d) || (!spec.fixed.empty() && spec.fixed.size() != d) ||
+      spec.controls > d) {
+    Refuse("parameters: ", d, " names, ", spec.units.size(), " units, ", spec.fixed.size(), " marks of fixed ones and ",
+           spec.controls, " controls");
+  }
   CheckNames("parameters", spec.names);
   for (std::size_t i = 0; i < d; ++i) {
     if (!(std::isfinite(spec.lower[i]) && std::isfinite(spec.upper[i]) && spec.lower[i] < spec.upper[i])) {
@@ -74,7 +79,6 @@ double Draw(const NormalDraw& normal, CounterRandom& random) {
 
 void CheckProblem(const Problem& problem) {
   CheckParameters(problem.parameters);
-  if (problem.variations.empty()) Refuse("variations: at least one varied key is needed");
   std::vector<std::string> names;
   for (const VariationKey& key : problem.variations) {
     names.push_back(key.name);

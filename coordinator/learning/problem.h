@@ -2,6 +2,7 @@
 // task variations. What the numbers mean is the workers' business.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -12,11 +13,18 @@
 
 namespace knap {
 
-// The design parameters theta, d of each; SI units.
+// The vector that is decided on, d of each; SI units. Design parameters come first, then open-loop controls, if any;
+// `theta` names the whole of it.
 struct ParameterSpec {
   std::vector<std::string> names;
   std::vector<double> lower, upper;  // lower_i < upper_i, finite
   std::vector<double> initial;       // lower_i <= initial_i <= upper_i
+  std::vector<std::string> units{};  // for people, "" where there is none; no entries: none anywhere
+  std::vector<bool> fixed{};         // true: learning leaves it at its initial value; no entries: false everywhere
+  std::size_t controls = 0;          // how many of the last ones are controls
+
+  std::string GetUnit(std::size_t i) const { return units.empty() ? "" : units[i]; }
+  bool IsFixed(std::size_t i) const { return !fixed.empty() && fixed[i]; }
 };
 
 struct UniformDraw {
@@ -35,7 +43,7 @@ struct VariationKey {
   std::variant<UniformDraw, NormalDraw> distribution;
 };
 
-using VariationSpec = std::vector<VariationKey>;  // at least one key; names differ
+using VariationSpec = std::vector<VariationKey>;  // names differ; no keys: all rollouts start alike
 
 struct Problem {
   ParameterSpec parameters;

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "coordinator/report/svg.h"
 #include "coordinator/report/top_view.h"
 
 namespace knap {
@@ -18,8 +19,6 @@ constexpr double kPanelWidth = 460.0, kGap = 40.0, kMargin = 30.0, kTitleHeight 
 constexpr double kBorder = 0.015;  // around what is shown [m]
 constexpr const char* kSuccess = "#1a7f37";
 constexpr const char* kFailure = "#cf222e";
-constexpr const char* kInk = "#24292f";
-constexpr const char* kFaint = "#6e7781";
 
 struct Colours {
   const char* fill;
@@ -57,19 +56,6 @@ std::string DrawOutline(const Outline& outline, const PanelMap& map, const Colou
       data, colours.fill, 0.75 * opacity, colours.line, opacity);
 }
 
-std::string DrawLine(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const char* colour, double width) {
-  return fmt::format(
-      "<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\" stroke-width=\"{}\"/>\n", from.x(),
-      from.y(), to.x(), to.y(), colour, width);
-}
-
-std::string DrawText(const Eigen::Vector2d& at, int size, const char* anchor, const char* colour,
-                     const std::string& text, const char* weight = "normal") {
-  return fmt::format(
-      "<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{}\" text-anchor=\"{}\" fill=\"{}\" font-weight=\"{}\">{}</text>\n",
-      at.x(), at.y(), size, anchor, colour, weight, text);
-}
-
 std::string DrawPath(const TracedPath& path, const PanelMap& map, double radius) {
   const char* colour = path.success ? kSuccess : kFailure;
   std::string ink = fmt::format(
@@ -87,8 +73,8 @@ std::string DrawPath(const TracedPath& path, const PanelMap& map, double radius)
 std::string DrawOpening(const Opening& opening, const PanelMap& map) {
   const double left = opening.opening_center - opening.opening_half_width;
   const double right = opening.opening_center + opening.opening_half_width;
-  std::string ink = DrawLine(map({map.shown.min().x(), opening.at}), map({left, opening.at}), kInk, 5.0);
-  ink += DrawLine(map({right, opening.at}), map({map.shown.max().x(), opening.at}), kInk, 5.0);
+  std::string ink = DrawLine(map({map.shown.min().x(), opening.at}), map({left, opening.at}), kSvgInk, 5.0);
+  ink += DrawLine(map({right, opening.at}), map({map.shown.max().x(), opening.at}), kSvgInk, 5.0);
   return ink;
 }
 
@@ -143,7 +129,7 @@ std::string DrawLegend(const PanelMap& map, double y, double width) {
     ink += fmt::format(
         "<line x1=\"{0:.1f}\" y1=\"{2:.1f}\" x2=\"{1:.1f}\" y2=\"{2:.1f}\" stroke=\"{3}\" stroke-width=\"2.5\"{4}/>\n",
         x, x + 34.0, y - 5.0, colour, dash);
-    ink += DrawText({x + 42.0, y}, 16, "start", kInk, text);
+    ink += DrawText({x + 42.0, y}, 16, "start", kSvgInk, text);
     x += advance;
   };
   sample(kSuccess, "", "passes the opening", 216.0);
@@ -151,15 +137,15 @@ std::string DrawLegend(const PanelMap& map, double y, double width) {
   const auto box = [&](const char* fill, const char* line, const char* dash, const char* text, double advance) {
     ink += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"22\" height=\"14\" fill=\"{}\" stroke=\"{}\"{}/>\n", x,
                        y - 13.0, fill, line, dash);
-    ink += DrawText({x + 30.0, y}, 16, "start", kInk, text);
+    ink += DrawText({x + 30.0, y}, 16, "start", kSvgInk, text);
     x += advance;
   };
   box("#fff8c5", "#9a6700", " stroke-dasharray=\"4 3\"", "starts", 104.0);
   box(kGrey.fill, kGrey.line, "", "initial tool", 140.0);
   box(kBlue.fill, kBlue.line, "", "learned tool", 150.0);
   const double bar = bar_m * map.scale, right = width - kMargin;
-  ink += DrawLine({right - bar, y - 5.0}, {right, y - 5.0}, kInk, 3.0);
-  ink += DrawText({right - bar - 8.0, y}, 16, "end", kInk, fmt::format("{:.0f} mm", 1e3 * bar_m));
+  ink += DrawLine({right - bar, y - 5.0}, {right, y - 5.0}, kSvgInk, 3.0);
+  ink += DrawText({right - bar - 8.0, y}, 16, "end", kSvgInk, fmt::format("{:.0f} mm", 1e3 * bar_m));
   return ink;
 }
 
@@ -186,17 +172,13 @@ std::optional<std::string> DrawTopView(RolloutModel& model, const VariationSpec&
   const double panel_height = map.scale * map.shown.sizes().y();
   const double width = 2.0 * (kMargin + kPanelWidth) + kGap, height = kTitleHeight + panel_height + kLegendHeight;
 
-  std::string svg = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.0f} {1:.0f}\" width=\"{0:.0f}\" height=\"{1:.0f}\" "
-      "font-family=\"Helvetica, Arial, 'DejaVu Sans', sans-serif\">\n<rect width=\"100%\" height=\"100%\" "
-      "fill=\"white\"/>\n",
-      width, height);
+  std::string svg = BeginSvg(width, height);
   const auto panel = [&](int index, const TopView& view, const Colours& colours, const char* name,
                          const TestSummary& test) {
     map.corner = {kMargin + index * (kPanelWidth + kGap), kTitleHeight};
     const double x = map.corner.x(), y = map.corner.y();
-    svg += DrawText({x + 0.5 * kPanelWidth, 36.0}, 24, "middle", kInk, FormatTitle(name, test), "bold");
-    svg += DrawText({x + 0.5 * kPanelWidth, 62.0}, 16, "middle", kFaint, FormatInterval(test));
+    svg += DrawText({x + 0.5 * kPanelWidth, 36.0}, 24, "middle", kSvgInk, FormatTitle(name, test), "bold");
+    svg += DrawText({x + 0.5 * kPanelWidth, 62.0}, 16, "middle", kSvgFaint, FormatInterval(test));
     svg += fmt::format(
         "<clipPath id=\"panel{0}\"><rect x=\"{1:.1f}\" y=\"{2:.1f}\" width=\"{3:.1f}\" "
         "height=\"{4:.1f}\"/></clipPath>\n"

@@ -18,7 +18,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-ParameterSpec MakeParameters() { return {{"width", "depth"}, {0.02, -0.015}, {0.056, 0.03}, {0.044, 0.0}}; }
+ParameterSpec MakeParameters() { return {{"width", "depth"}, {0.02, -0.015}, {0.056, 0.03}, {0.044, 0.0}, {"m", "m"}}; }
 
 std::vector<double> Parse(const std::string& text) { return ParseTheta(text, "--theta", MakeParameters()); }
 
@@ -49,9 +49,20 @@ TEST(ParseTheta, NamesWhatIsWrong) {
   EXPECT_EQ(error("width=1 kg"), "--theta: width: value '1 kg': expected a length with its unit, such as '10 mm'");
   EXPECT_EQ(error("width=30"), "--theta: width: value '30': expected a length with its unit, such as '10 mm'");
   EXPECT_EQ(error("best"), "--theta: 'best': expected initial, NAME=VALUE,… or all 2 values");
-  EXPECT_EQ(error("1"), "--theta: 1 values; the scenario has 2 design parameters");
+  EXPECT_EQ(error("1"), "--theta: 1 values; the scenario has 2 parameters");
   EXPECT_EQ(error("1,"), "--theta: depth: value '': expected a number in m or with its unit");
   EXPECT_EQ(error("1,nan"), "--theta: depth: value 'nan': expected a number in m or with its unit");
+}
+
+TEST(ParseTheta, ControlsHaveNoUnit) {
+  const ParameterSpec spec{{"width", "control[0][hip]", "control[1][hip]"}, {0.0, -3.0, -3.0}, {1.0, 3.0, 3.0},
+                           {0.5, 0.0, 0.0},                                 {"m", "", ""}};
+  EXPECT_THAT(ParseTheta("control[1][hip]=-0.5,width=2 cm", "--theta", spec), ElementsAre(0.02, 0.0, -0.5));
+  EXPECT_THAT(ParseTheta("2 cm,1,2", "--theta", spec), ElementsAre(0.02, 1.0, 2.0));
+  EXPECT_EQ(FindUsageError([&] { ParseTheta("control[0][hip]=1 mm", "--theta", spec); }),
+            "--theta: control[0][hip]: value '1 mm': expected a number without a unit");
+  EXPECT_EQ(FindUsageError([&] { FindParameter("control[0][hop]", "--x", spec); }),
+            "--x: no parameter 'control[0][hop]'; did you mean control[0][hip]?");
 }
 
 TEST(ParseVariationValues, FollowsTheKeys) {

@@ -8,7 +8,7 @@
 namespace knap {
 namespace {
 
-const ParameterSpec kSpec{{"width", "depth"}, {0.01, -0.02}, {0.05, 0.02}, {0.03, 0.0}};
+const ParameterSpec kSpec{{"width", "depth"}, {0.01, -0.02}, {0.05, 0.02}, {0.03, 0.0}, {"m", "m"}};
 
 std::vector<std::vector<double>> Choose(const std::string& text, std::uint64_t seed = 0) {
   return ChooseThetas(text, kSpec, seed, [] { return std::vector<double>{0.04, 0.01}; });

@@ -1,0 +1,52 @@
+#include "coordinator/cli/count_progress.h"
+
+#include <unistd.h>
+
+#include <iostream>
+
+#include "knap/run_status_t.hpp"
+
+namespace knap {
+
+CountProgress::CountProgress(const std::string& scenario, const std::string& title, std::int64_t rollouts, bool quiet,
+                             ClusterSession* session)
+    : session_(session) {
+  state_.title = title;
+  state_.phase = ProgressPhase::kTesting;
+  state_.tests = static_cast<int>(rollouts);
+  state_.workers_wanted = session->workers_wanted();
+  status_.scenario = scenario;
+  status_.state = run_status_t::kEvaluating;
+  if (!quiet) reporter_.emplace(std::cerr, DetectTerminal(STDERR_FILENO));
+  session_->set_on_pump([this] { Update(); });
+  Update();
+}
+
+CountProgress::~CountProgress() {
+  session_->set_on_pump({});
+  if (reporter_) reporter_->Clear();
+}
+
+void CountProgress::Finish() {
+  Refresh();
+  if (reporter_) reporter_->Finish(state_);
+}
+
+void CountProgress::Refresh() {
+  const Dispatcher& dispatcher = session_->dispatcher();
+  state_.elapsed_s = static_cast<double>(clock_.now_us() - started_us_) * 1e-6;
+  state_.rollouts = dispatcher.counters().computed;
+  state_.tested = static_cast<int>(state_.rollouts);
+  state_.workers_alive = dispatcher.CountUsableWorkers();
+  state_.retries = dispatcher.counters().reissued;
+}
+
+void CountProgress::Update() {
+  Refresh();
+  if (reporter_) reporter_->Update(state_);
+  status_.progress = CalcDonePart(state_);
+  status_.eta_s = CalcTimeLeft(state_).value_or(-1.0);
+  session_->dispatcher().SetProgress(status_);
+}
+
+}  // namespace knap
