@@ -20,10 +20,10 @@ struct RolloutQuery {
 
 // What the simulator says about the trust its own answer deserves [docs/method.md].
 struct RolloutCertificate {
-  bool finite = false;               // every number of the answer is finite
-  bool converged = false;            // every step met its Newton tolerance
-  bool smooth = false;               // no event that makes the gradient doubtful (see docs/method.md)
-  double worst_residual = 0.0;       // largest scaled Newton residual accepted [-]
+  bool finite = false;          // every number of the answer is finite
+  bool converged = false;       // every step met its Newton tolerance
+  bool smooth = false;          // no event that makes the gradient doubtful (see docs/method.md)
+  double worst_residual = 0.0;  // largest scaled Newton residual accepted [-]
   std::int32_t subdivided_steps = 0;
   std::int32_t contact_onsets = 0;
 };

@@ -1,6 +1,7 @@
 // The engine `knap`: the differentiable simulator behind the worker's protocol.
 #include "worker/knap_engine.h"
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -26,14 +27,19 @@ class KnapScenario final : public EngineScenario {
     EngineAnswer answer;
     RolloutInput input;
     input.theta = ToVector(request.theta);
-    input.theta_reference = ToVector(request.reference);
+    input.controls = ToVector(request.controls);
+    const auto reference = ToVector(request.reference);
+    const Eigen::Index design_size = std::min(input.theta.size(), reference.size());
+    input.theta_reference = reference.head(design_size);
+    input.controls_reference = reference.tail(reference.size() - design_size);
     input.variation = request.variation;
     input.want_gradient = request.gradient;
     try {
       const RolloutOutput output = model_.Run(input, [&](int done, int total) { progress(done, total); });
       answer.loss = output.loss;
       answer.success = output.success;
-      answer.gradient.assign(output.gradient.data(), output.gradient.data() + output.gradient.size());
+      answer.gradient.assign(output.gradient.begin(), output.gradient.end());
+      answer.gradient.insert(answer.gradient.end(), output.control_gradient.begin(), output.control_gradient.end());
       answer.finite = output.certificate.finite;
       answer.converged = output.certificate.converged;
       answer.smooth = output.smooth;

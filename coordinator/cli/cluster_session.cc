@@ -57,7 +57,8 @@ ClusterSession::TemporaryFolder::~TemporaryFolder() {
   fs::remove_all(path, ignored);
 }
 
-ClusterSession::ClusterSession(const ClusterOptions& options, const std::map<std::string, std::string>& scenario)
+ClusterSession::ClusterSession(const ClusterOptions& options, const std::map<std::string, std::string>& scenario,
+                               std::size_t controls)
     : lcm_url_(ChooseUrl(options)),
       directory_(options.directory),
       key_file_(options.key_file),
@@ -70,6 +71,7 @@ ClusterSession::ClusterSession(const ClusterOptions& options, const std::map<std
   transport_ = std::make_unique<LcmTransport>(lcm_url_, Dispatcher::ListChannels(), &clock_);
   DispatchOptions dispatch;
   dispatch.run_id = MakeRunId();
+  dispatch.control_size = controls;
   dispatch.no_worker_s = options.no_worker_s;
   dispatcher_ = std::make_unique<Dispatcher>(dispatch, key, scenario, transport_.get(), &clock_);
   dispatcher_->set_stop_flag(&CatchStopSignals());

@@ -5,6 +5,7 @@
 // nothing is started here, and they are left alive at the end, free for the next run.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -31,9 +32,11 @@ struct ClusterOptions {
 // Belongs to one thread (see local_workers.h).
 class ClusterSession {
  public:
-  // `scenario`: file name → bytes, as LoadScenario gives them. Starts own workers at once. Throws std::invalid_argument
+  // `scenario`: file name → bytes, as LoadScenario gives them. `controls`: how many of every query's last values are
+  // open-loop controls. Starts own workers at once. Throws std::invalid_argument
   // for a URL that is none, std::runtime_error with one line when the network, the key or the workers' program fail.
-  ClusterSession(const ClusterOptions& options, const std::map<std::string, std::string>& scenario);
+  ClusterSession(const ClusterOptions& options, const std::map<std::string, std::string>& scenario,
+                 std::size_t controls);
   ~ClusterSession();  // stops own workers
   ClusterSession(const ClusterSession&) = delete;
   ClusterSession& operator=(const ClusterSession&) = delete;

@@ -132,7 +132,7 @@ int RunEvaluate(const EvaluateArguments& arguments) {
   const std::uint64_t seed = arguments.seed.value_or(static_cast<std::uint64_t>(scene.evaluation.seed));
   std::vector<Test> tests;
   {
-    ClusterSession session(arguments.cluster, scenario.files);
+    ClusterSession session(arguments.cluster, scenario.files, parameters.controls);
     const CountProgress progress(scene.name, scene.name, n * static_cast<std::int64_t>(thetas.size()), arguments.quiet,
                                  &session);
     tests = TestDesigns(thetas, problem.variations, n, seed, session.service());

@@ -32,16 +32,15 @@ struct GradcheckFlags {
 int RunGradcheck(const GradcheckFlags& flags) {
   const LoadedScenario scenario = LoadValidScenario(flags.config, flags.overrides);
   const Problem problem = MakeProblem(scenario.parsed.scene);
-  ClusterSession session(flags.cluster, scenario.files);
+  ClusterSession session(flags.cluster, scenario.files, problem.parameters.controls);
 
   GradientCheckReport report;
   {
     const std::int64_t least = CalcLeastRollouts(problem, flags.check);
     const std::string& name = scenario.parsed.scene.name;
     CountProgress progress(name, name + " gradient check", least, false, &session);
-    report = CheckGradients(problem, flags.check, session.service(), [&](const GradientCheckProgress& p) {
-      progress.set_rollouts(std::max(p.asked, least));
-    });
+    report = CheckGradients(problem, flags.check, session.service(),
+                            [&](const GradientCheckProgress& p) { progress.set_rollouts(std::max(p.asked, least)); });
     progress.Finish();
   }
 

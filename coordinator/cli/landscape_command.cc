@@ -74,7 +74,7 @@ std::string FormatPoint(const Landscape& landscape, const ParameterSpec& paramet
   const auto format = [&](const LandscapeAxis& axis, std::size_t k) {
     const std::string unit = parameters.GetUnit(axis.parameter);
     const double value = axis.values[k];
-    return parameters.names[axis.parameter] + (unit == "m"     ? fmt::format(" {:.2f} mm", 1e3 * value)
+    return parameters.names[axis.parameter] + (unit == "m"    ? fmt::format(" {:.2f} mm", 1e3 * value)
                                                : unit.empty() ? fmt::format(" {:.4g}", value)
                                                               : fmt::format(" {:.4g} {}", value, unit));
   };
@@ -122,7 +122,7 @@ int RunLandscape(const LandscapeArguments& arguments) {
   const std::string out_name = MakeRunName(scene.name + "-landscape", std::chrono::system_clock::now());
   const fs::path out = CreateRun(arguments.out.empty() ? fs::path("runs") / out_name : fs::path(arguments.out)).path();
 
-  ClusterSession session(arguments.cluster, scenario.files);
+  ClusterSession session(arguments.cluster, scenario.files, parameters.controls);
   std::optional<Landscape> landscape;
   {
     CountProgress progress(scene.name, scene.name + " landscape", rollouts, arguments.quiet, &session);

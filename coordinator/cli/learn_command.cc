@@ -74,13 +74,23 @@ void PrintPlan(const Prepared& prepared, const ClusterOptions& cluster) {
   fmt::print("method      {}, seed {}\n", GetName(options.method), options.seed);
   fmt::print("parameters  {}\n", parameters.names.size());
   for (std::size_t i = 0; i < parameters.names.size(); ++i) {
-    fmt::print("  {:<20} {:g} in [{:g}, {:g}] m\n", parameters.names[i], parameters.initial[i], parameters.lower[i],
-               parameters.upper[i]);
+    const std::string unit = parameters.GetUnit(i);
+    fmt::print("  {:<20} {:g} in [{:g}, {:g}]{}{}{}\n", parameters.names[i], parameters.initial[i], parameters.lower[i],
+               parameters.upper[i], unit.empty() ? "" : " ", unit, parameters.IsFixed(i) ? ", fixed" : "");
   }
   fmt::print("variations  {} in {} batches of {}\n", options.variations, CalcBatchCount(options), options.batch);
   fmt::print("rollouts    at most {} for learning, {} for the test\n", CalcMostRollouts(options),
              2 * CountTests(prepared));
   fmt::print("workers     {}\n", cluster.external ? "external" : std::to_string(CalcWorkerCount(cluster)));
+}
+
+// The designed mesh; nothing for a scenario that designs none.
+void WriteTool(const Prepared& prepared, const std::vector<double>& theta, const RunDirectory& run, const char* name) {
+  const std::optional<CageDesign>& design = prepared.model->design();
+  if (!design) return;
+  fs::create_directories(run.tool_path());
+  const Eigen::Map<const Eigen::VectorXd> values(theta.data(), design->num_parameters());
+  WriteFileAtomically(run.tool_path() / name, WriteStl(design->CalcMesh(values)));
 }
 
 // The run's folder with everything that does not depend on the answers.
@@ -90,9 +100,7 @@ RunDirectory MakeRun(const LearnArguments& arguments, const Prepared& prepared) 
   RunDirectory run =
       arguments.out.empty() ? RunDirectory::CreateNamed("runs", info.scenario, info.started) : CreateRun(arguments.out);
   run.WriteRunInfo(info);
-  fs::create_directories(run.tool_path());
-  const CageDesign& design = *prepared.model->design();
-  WriteFileAtomically(run.tool_path() / "initial.stl", WriteStl(design.CalcMesh(design.initial_theta())));
+  WriteTool(prepared, prepared.problem.parameters.initial, run, "initial.stl");
   WriteScenario(prepared.scenario, run);
   return run;
 }
@@ -103,29 +111,26 @@ Journal::Opened OpenJournal(const RunDirectory& run, const std::string& config_h
   return Journal::Open(run.journal_path(), config_hash);
 }
 
-Eigen::VectorXd MakeVector(const std::vector<double>& values) {
-  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
-}
-
 std::string FormatRate(const TestSummary& test) {
   return fmt::format("{:.1f}% ({:.1f} to {:.1f}%)", 100.0 * test.success_rate, 100.0 * test.success_interval.lower,
                      100.0 * test.success_interval.upper);
 }
 
-void PrintSummary(const ResultDocument& document, const RunDirectory& run, bool has_picture) {
+void PrintSummary(const Scene& scene, const ResultDocument& document, const RunDirectory& run, bool has_picture) {
   fmt::print(stderr, "\n{}: learned with {} ({} rollouts) in {}\n", document.scenario, document.method,
              document.rollouts_total, FormatDuration(document.wall_s));
-  fmt::print(stderr, "  success   {} -> {} of {} unseen variations (95% interval)\n", FormatRate(document.test_initial),
-             FormatRate(document.test_learned), document.test_learned.variations);
+  if (scene.success)
+    fmt::print(stderr, "  success   {} -> {} of {} unseen variations (95% interval)\n",
+               FormatRate(document.test_initial), FormatRate(document.test_learned), document.test_learned.variations);
   fmt::print(stderr, "  mean loss {:.4g} -> {:.4g}\n", document.test_initial.loss_mean,
              document.test_learned.loss_mean);
-  fmt::print(stderr, "  tool      {} (millimetres, ready to print)\n", (run.tool_path() / "learned.stl").string());
+  if (scene.design)
+    fmt::print(stderr, "  tool      {} (millimetres, ready to print)\n", (run.tool_path() / "learned.stl").string());
   if (has_picture) fmt::print(stderr, "  picture   {} (open it in a browser)\n", (run.path() / "picture.svg").string());
   fmt::print(stderr, "  figures   {}, metrics.csv and more beside it\n", run.result_path().string());
 }
 
-ResultDocument LearnAndTest(const Prepared& prepared, JournaledService& service, ClusterSession& session,
-                            RunRecorder& recorder) {
+ResultDocument LearnAndTest(const Prepared& prepared, JournaledService& service, RunRecorder& recorder) {
   const LearningResult learned = Learn(prepared.problem, prepared.options, service, recorder);
   recorder.BeginTest();
   const Evaluation& evaluation = prepared.scenario.parsed.scene.evaluation;
@@ -143,7 +148,7 @@ ResultDocument LearnAndTest(const Prepared& prepared, JournaledService& service,
   document.test_learned = test(learned.theta);
   document.rollouts_total = service.total();
   document.rollouts_distinct = service.distinct();
-  document.rollouts_reissued = session.dispatcher().counters().reissued;
+  document.rollouts_reissued = recorder.reissued();
   document.wall_s = recorder.elapsed_s();
   recorder.FinishTest();
   return document;
@@ -179,14 +184,14 @@ int RunLearn(const LearnArguments& arguments) {
   Journal::Opened journal = OpenJournal(run, prepared.config_hash);
   ClusterOptions cluster = arguments.cluster;
   cluster.directory = run.path();
-  ClusterSession session(cluster, prepared.scenario.files);
+  ClusterSession session(cluster, prepared.scenario.files, prepared.problem.parameters.controls);
   JournaledService service(&session.dispatcher(), &journal.journal, journal.payloads);
   const RunPlan plan{prepared.scenario.parsed.scene.name, GetName(prepared.options.method),
                      prepared.problem.parameters.names, CalcMostRollouts(prepared.options), 2 * CountTests(prepared)};
   RunRecorder recorder(plan, run, &session, &service, arguments.quiet);
   ResultDocument document;
   try {
-    document = LearnAndTest(prepared, service, session, recorder);
+    document = LearnAndTest(prepared, service, recorder);
   } catch (const Interrupted&) {
     recorder.RecordEvent("interrupted", {});
     throw Interrupted(fmt::format("interrupted; everything so far is saved, go on with: knap learn --resume {}",
@@ -195,12 +200,11 @@ int RunLearn(const LearnArguments& arguments) {
     recorder.RecordEvent("failed", {{"error", e.what()}});
     throw;
   }
-  const CageDesign& design = *prepared.model->design();
-  WriteFileAtomically(run.tool_path() / "learned.stl", WriteStl(design.CalcMesh(MakeVector(document.learned))));
+  WriteTool(prepared, document.learned, run, "learned.stl");
   const bool has_picture = WritePicture(prepared, document, run, &recorder);
   run.WriteResult(document);
   recorder.RecordEvent("done", {{"wall_s", document.wall_s}});
-  if (!arguments.quiet) PrintSummary(document, run, has_picture);
+  if (!arguments.quiet) PrintSummary(prepared.scenario.parsed.scene, document, run, has_picture);
   if (arguments.json) fmt::print("{}\n", MakeJsonText(MakeResultJson(document), 2));
   return kExitDone;
 }

@@ -1,8 +1,14 @@
 #include "coordinator/cli/problem_from_scene.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <stdexcept>
+#include <string>
 #include <variant>
+#include <vector>
+
+#include "sim/rollout/control_commands.h"
 
 namespace knap {
 namespace {
@@ -26,16 +32,38 @@ NormalDraw MakeDraw(const NormalDistribution& normal) { return {normal.mean, nor
 }  // namespace
 
 Problem MakeProblem(const Scene& scene) {
-  if (!scene.design || scene.design->parameters.empty()) {
-    throw std::invalid_argument("design: the scenario has no design parameters, so there is nothing to learn");
+  if (!scene.design && !scene.controls) {
+    throw std::invalid_argument("design: the scenario has no design parameters or controls: there is nothing to learn");
   }
+  const auto is_fixed = [&](LearnedPart part) {
+    const std::vector<LearnedPart>& moving = scene.learning.optimize;
+    return std::find(moving.begin(), moving.end(), part) == moving.end();
+  };
   Problem problem;
-  for (const DesignParameter& parameter : scene.design->parameters) {
-    problem.parameters.names.push_back(parameter.name);
-    problem.parameters.lower.push_back(parameter.lower);
-    problem.parameters.upper.push_back(parameter.upper);
-    problem.parameters.initial.push_back(parameter.initial);
-    problem.parameters.units.push_back("m");
+  ParameterSpec& spec = problem.parameters;
+  const auto add = [&spec](const std::string& name, double lower, double upper, double initial, bool fixed) {
+    spec.names.push_back(name);
+    spec.lower.push_back(lower);
+    spec.upper.push_back(upper);
+    spec.initial.push_back(initial);
+    spec.fixed.push_back(fixed);
+  };
+  if (scene.design) {
+    for (const DesignParameter& parameter : scene.design->parameters) {
+      add(parameter.name, parameter.lower, parameter.upper, parameter.initial, is_fixed(LearnedPart::kDesign));
+      spec.units.push_back("m");
+    }
+  }
+  if (scene.controls) {
+    const Controls& controls = *scene.controls;
+    for (int i = 0; i < CountIntervals(controls, scene.rollout); ++i) {
+      for (const std::string& actuator : controls.actuators) {
+        add(fmt::format("control[{}][{}]", i, actuator), controls.lower, controls.upper, controls.initial,
+            is_fixed(LearnedPart::kControl));
+        spec.units.push_back("");
+        ++spec.controls;
+      }
+    }
   }
   for (const Variation& variation : scene.variation) {
     VariationKey key;
@@ -60,7 +88,8 @@ LearningOptions MakeLearningOptions(const Scene& scene) {
   options.optimizer = learning.optimizer;
   options.max_evaluations = static_cast<int>(learning.max_evaluations);
   options.seed = static_cast<std::uint64_t>(learning.seed);
-  CheckLearningOptions(options, scene.design ? scene.design->parameters.size() : 0);
+  const ParameterSpec parameters = MakeProblem(scene).parameters;
+  CheckLearningOptions(options, parameters.names.size());
   return options;
 }
 

@@ -9,7 +9,8 @@
 
 namespace knap {
 
-// Throws std::invalid_argument for a scene without a design or without a variation: nothing can be learned from it.
+// Design parameters by their names, then controls as "control[interval][actuator]"; what `learning.optimize` does not
+// name is fixed. Throws std::invalid_argument for a scene without either: nothing can be learned from it.
 Problem MakeProblem(const Scene& scene);
 
 // Throws std::invalid_argument for what only the optimizer can refuse, such as an unknown algorithm.

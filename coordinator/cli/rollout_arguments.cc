@@ -58,9 +58,10 @@ std::size_t FindParameter(const std::string& name, const std::string& option, co
   const std::string nearest = FindNearestName(name, names);
   const auto shown_end = names.begin() + static_cast<std::ptrdiff_t>(std::min(names.size(), kMostNamesShown));
   throw UsageError(fmt::format("{}: no parameter '{}'; {}", option, name,
-                               nearest.empty() ? fmt::format("there are {}{}", fmt::join(names.begin(), shown_end, ", "),
-                                                             shown_end == names.end() ? "" : ", …")
-                                               : fmt::format("did you mean {}?", nearest)));
+                               nearest.empty()
+                                   ? fmt::format("there are {}{}", fmt::join(names.begin(), shown_end, ", "),
+                                                 shown_end == names.end() ? "" : ", …")
+                                   : fmt::format("did you mean {}?", nearest)));
 }
 
 std::vector<double> ParseTheta(const std::string& text, const std::string& option, const ParameterSpec& parameters) {

@@ -43,6 +43,8 @@ Eigen::VectorXd ToVector(const std::vector<double>& values) {
 // Everything that is written of a rollout, in one place for both forms.
 struct RolloutRecord {
   const Scene& scene;
+  const ParameterSpec& parameters;
+  const std::vector<double>& theta;  // with the controls
   const RolloutInput& input;
   const RolloutOutput& output;
   double forward_s, gradient_s;
@@ -52,14 +54,25 @@ nlohmann::ordered_json MakeNumber(double value) {
   return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
 }
 
+// dloss/dtheta_i; empty when the rollout has no gradient.
+std::optional<double> GetDerivative(const RolloutRecord& record, std::size_t i) {
+  const Eigen::VectorXd& design = record.output.gradient;
+  const Eigen::VectorXd& controls = record.output.control_gradient;
+  const auto k = static_cast<Eigen::Index>(i);
+  if (k < record.input.theta.size()) return k < design.size() ? std::optional(design[k]) : std::nullopt;
+  const Eigen::Index c = k - record.input.theta.size();
+  return c < controls.size() ? std::optional(controls[c]) : std::nullopt;
+}
+
 nlohmann::ordered_json MakeJson(const RolloutRecord& record) {
   const RolloutOutput& output = record.output;
   nlohmann::ordered_json theta = nlohmann::ordered_json::object();
   nlohmann::ordered_json gradient = nlohmann::ordered_json::object();
-  for (Eigen::Index i = 0; i < record.input.theta.size(); ++i) {
-    const std::string& name = record.scene.design->parameters[static_cast<std::size_t>(i)].name;
-    theta[name] = record.input.theta[i];
-    gradient[name] = i < output.gradient.size() ? MakeNumber(output.gradient[i]) : nullptr;
+  for (std::size_t i = 0; i < record.theta.size(); ++i) {
+    const std::string& name = record.parameters.names[i];
+    const std::optional<double> derivative = GetDerivative(record, i);
+    theta[name] = record.theta[i];
+    gradient[name] = derivative ? MakeNumber(*derivative) : nullptr;
   }
   nlohmann::ordered_json variation = nlohmann::ordered_json::object();
   for (std::size_t i = 0; i < record.input.variation.size(); ++i) {
@@ -89,8 +102,9 @@ std::string FormatRecord(const RolloutRecord& record) {
   const auto yes = [](bool value) { return value ? "yes" : "no"; };
   std::string text;
   const auto out = std::back_inserter(text);
-  fmt::format_to(out, "loss       {:.9g}{}\n", output.loss,
-                 record.input.theta_reference.size() > 0 ? "  (distillation)" : "");
+  fmt::format_to(
+      out, "loss       {:.9g}{}\n", output.loss,
+      record.input.theta_reference.size() + record.input.controls_reference.size() > 0 ? "  (distillation)" : "");
   fmt::format_to(out, "success    {}\n", yes(output.success));
   fmt::format_to(out, "steps      {}\n", output.steps);
   fmt::format_to(out, "time       {:.1f} ms forward, {:.1f} ms gradient\n", 1e3 * record.forward_s,
@@ -105,12 +119,11 @@ std::string FormatRecord(const RolloutRecord& record) {
   for (std::size_t i = 0; i < record.input.variation.size(); ++i) {
     fmt::format_to(out, "{:<36} {:>16.9g}\n", record.scene.variation[i].key, record.input.variation[i]);
   }
-  if (record.input.theta.size() > 0)
-    fmt::format_to(out, "\n{:<36} {:>16} {:>16}\n", "parameter", "theta [m]", "dloss/dtheta");
-  for (Eigen::Index i = 0; i < record.input.theta.size(); ++i) {
-    fmt::format_to(out, "{:<36} {:>16.9g} {:>16}\n", record.scene.design->parameters[static_cast<std::size_t>(i)].name,
-                   record.input.theta[i],
-                   i < output.gradient.size() ? fmt::format("{:.9g}", output.gradient[i]) : "none");
+  if (!record.theta.empty()) fmt::format_to(out, "\n{:<36} {:>16} {:>16}\n", "parameter", "theta [SI]", "dloss/dtheta");
+  for (std::size_t i = 0; i < record.theta.size(); ++i) {
+    const std::optional<double> derivative = GetDerivative(record, i);
+    fmt::format_to(out, "{:<36} {:>16.9g} {:>16}\n", record.parameters.names[i], record.theta[i],
+                   derivative ? fmt::format("{:.9g}", *derivative) : "none");
   }
   return text;
 }
@@ -126,16 +139,22 @@ int RunRollout(const RolloutFlags& flags) {
   const LoadedScenario scenario = LoadValidScenario(flags.config, flags.overrides);
   const Scene& scene = scenario.parsed.scene;
   RolloutInput input;
-  const ParameterSpec parameters = scene.design ? MakeProblem(scene).parameters : ParameterSpec();
-  input.theta = ToVector(ParseTheta(flags.theta, "--theta", parameters));
+  const ParameterSpec parameters = scene.design || scene.controls ? MakeProblem(scene).parameters : ParameterSpec();
+  const std::vector<double> theta = ParseTheta(flags.theta, "--theta", parameters);
+  const auto controls = static_cast<Eigen::Index>(parameters.controls);
+  const auto design = static_cast<Eigen::Index>(theta.size()) - controls;
+  input.theta = ToVector(theta).head(design);
+  input.controls = ToVector(theta).tail(controls);
   if (!flags.reference_theta.empty()) {
-    input.theta_reference = ToVector(ParseTheta(flags.reference_theta, "--reference-theta", parameters));
+    const Eigen::VectorXd reference = ToVector(ParseTheta(flags.reference_theta, "--reference-theta", parameters));
+    input.theta_reference = reference.head(design);
+    input.controls_reference = reference.tail(controls);
   }
   input.variation = ChooseVariation(flags, scene);
   RolloutModel model(scenario.files);
   model.clock = ReadSeconds;
   const RolloutOutput output = model.Run(input, {});
-  const RolloutRecord record{scene, input, output, model.forward_s, model.gradient_s};
+  const RolloutRecord record{scene, parameters, theta, input, output, model.forward_s, model.gradient_s};
   fmt::print("{}", flags.json ? MakeJson(record).dump(2) + "\n" : FormatRecord(record));
   return kExitDone;
 }

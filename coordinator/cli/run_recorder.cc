@@ -23,12 +23,13 @@ RunRecorder::RunRecorder(const RunPlan& plan, const RunDirectory& run, ClusterSe
                          JournaledService* service, bool quiet)
     : plan_(plan),
       started_us_(clock_.now_us()),
+      earlier_(ReadEarlierLife(run)),
       session_(session),
       service_(service),
       metrics_(run.metrics_path(), plan.parameter_names),
       rollouts_(run.rollouts_path()),
       events_(run.events_path()),
-      phase_started_us_(started_us_) {
+      phase_started_us_(started_us_ - static_cast<std::int64_t>(earlier_.worked_s * 1e6)) {
   if (!quiet) reporter_.emplace(std::cerr, DetectTerminal(STDERR_FILENO));
   state_.title = fmt::format("{} {}", plan_.scenario, plan_.method);
   state_.tests = plan_.tests;
@@ -50,7 +51,11 @@ RunRecorder::~RunRecorder() {
   if (reporter_) reporter_->Clear();
 }
 
-double RunRecorder::elapsed_s() const { return static_cast<double>(clock_.now_us() - started_us_) * 1e-6; }
+double RunRecorder::elapsed_s() const {
+  return earlier_.worked_s + static_cast<double>(clock_.now_us() - started_us_) * 1e-6;
+}
+
+std::int64_t RunRecorder::reissued() const { return earlier_.reissued + session_->dispatcher().counters().reissued; }
 
 void RunRecorder::RecordEvent(const std::string& event, const Json& details) {
   events_.Append(elapsed_s(), event, details);
@@ -158,7 +163,7 @@ void RunRecorder::RecordLosses() {
   };
   note("workers_lost", counters.workers_lost, last_counters_.workers_lost);
   note("workers_stalled", counters.workers_stalled, last_counters_.workers_stalled);
-  note("requests_reissued", counters.reissued, last_counters_.reissued);
+  note("requests_reissued", earlier_.reissued + counters.reissued, earlier_.reissued + last_counters_.reissued);
   note("messages_refused", counters.refused.total(), last_counters_.refused.total());
   note("workers_restarted", session_->worker_restarts(), last_restarts_);
   last_counters_ = counters;
@@ -184,8 +189,7 @@ void RunRecorder::PublishProgress() {
   if (reporter_) reporter_->Update(state_);
 
   progress_.progress = progress_.state == run_status_t::kDone ? 1.0 : CalcRunPart();
-  const double elapsed = elapsed_s();
-  progress_.eta_s = progress_.progress > 0.01 && elapsed > 2.0 ? elapsed / progress_.progress - elapsed : -1.0;
+  progress_.eta_s = CalcTimeLeft(state_).value_or(-1.0);
   session_->dispatcher().SetProgress(progress_);
 }
 

@@ -11,6 +11,7 @@
 #include "coordinator/cli/cluster_session.h"
 #include "coordinator/learning/schedule.h"
 #include "coordinator/progress/progress.h"
+#include "coordinator/run_directory/earlier_life.h"
 #include "coordinator/run_directory/run_directory.h"
 #include "coordinator/run_directory/run_logs.h"
 #include "lcmtypes/wire/clock.h"
@@ -44,7 +45,9 @@ class RunRecorder : public LearningObserver {
   // A line of events.jsonl.
   void RecordEvent(const std::string& event, const nlohmann::ordered_json& details);
 
-  double elapsed_s() const;  // since construction
+  // Since construction, and the time that earlier programs worked on the run; likewise the requests given again.
+  double elapsed_s() const;
+  std::int64_t reissued() const;
 
  private:
   void Pump();
@@ -56,6 +59,7 @@ class RunRecorder : public LearningObserver {
   const RunPlan plan_;
   SteadyClock clock_;
   const std::int64_t started_us_;
+  const EarlierLife earlier_;  // read before the logs are opened
   ClusterSession* session_;
   JournaledService* service_;
   MetricsLog metrics_;

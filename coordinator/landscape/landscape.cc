@@ -86,9 +86,9 @@ Landscape EvaluateLandscape(LandscapePlan plan, RolloutService& service) {
 
 std::string MakeLandscapeCsv(const Landscape& landscape, const ParameterSpec& parameters) {
   const LandscapePlan& plan = landscape.plan;
-  std::string csv = fmt::format(
-      "{},{},loss,success_rate,variations,not_finite,not_converged,worst_residual,subdivided_steps\n",
-      parameters.names[plan.x.parameter], parameters.names[plan.y.parameter]);
+  std::string csv =
+      fmt::format("{},{},loss,success_rate,variations,not_finite,not_converged,worst_residual,subdivided_steps\n",
+                  parameters.names[plan.x.parameter], parameters.names[plan.y.parameter]);
   for (std::size_t i = 0; i < plan.y.values.size(); ++i) {
     for (std::size_t j = 0; j < plan.x.values.size(); ++j) {
       const LandscapeCell& cell = landscape.at(i, j);

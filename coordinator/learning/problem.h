@@ -33,7 +33,7 @@ struct UniformDraw {
 
 // Conditioned on |x - mean| <= truncate_at · standard_deviation; infinity: not truncated.
 struct NormalDraw {
-  double mean = 0.0, standard_deviation = 1.0;  // standard_deviation >= 0
+  double mean = 0.0, standard_deviation = 1.0;                   // standard_deviation >= 0
   double truncate_at = std::numeric_limits<double>::infinity();  // > 0 [-]
 };
 

@@ -136,14 +136,19 @@ class Schedule {
 
     const std::size_t d = start.theta.size();
     std::vector<double> normalised_gradient(d);
-    for (std::size_t i = 0; i < d; ++i) normalised_gradient[i] = first.gradient[i] * range_[i];
+    // What is fixed counts as flat: neither chosen nor marked as used.
+    for (std::size_t i = 0; i < d; ++i) {
+      normalised_gradient[i] = parameters_.IsFixed(i) ? 0.0 : first.gradient[i] * range_[i];
+    }
     if (options_.method == LearningMethod::kOurs) {
       DimensionChoice choice = selection_.Choose(normalised_gradient);
       box.dimensions = std::move(choice.dimensions);
       box.radius = choice.learning_rate;
       box.restarted = choice.restarted;
     } else if (std::any_of(normalised_gradient.begin(), normalised_gradient.end(), [](double g) { return g != 0.0; })) {
-      for (std::size_t i = 0; i < d; ++i) box.dimensions.push_back(i);
+      for (std::size_t i = 0; i < d; ++i) {
+        if (!parameters_.IsFixed(i)) box.dimensions.push_back(i);
+      }
     }
     for (const std::size_t i : box.dimensions) {
       box.lower[i] = parameters_.lower[i];

@@ -6,6 +6,7 @@
 //                    M variations drawn without replacement from all earlier batches, fixed during the batch; empty at
 //                    t = 1, and when alpha = 0.
 //  simple_continual  theta_t = argmin L_task over all dimensions in the full bounds.
+//                    (Parameters that are fixed never move, whatever the method.)
 //  diffhand          T = 1; a batch B_0 of M variations from a stream of its own; otherwise as simple_continual.
 //
 // Every batch starts with one evaluation at theta_{t-1}: it gives the gradient that chooses the dimensions (that of the

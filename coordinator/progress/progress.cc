@@ -70,7 +70,9 @@ double CalcDonePart(const ProgressState& state) {
 std::optional<double> CalcTimeLeft(const ProgressState& state) {
   const double done = CalcDonePart(state);
   if (state.elapsed_s < 2.0 || done < 0.01) return std::nullopt;
-  return state.elapsed_s * (1.0 - done) / done;
+  const double phase_left = state.elapsed_s * (1.0 - done) / done;
+  if (state.phase == ProgressPhase::kTesting || state.rollouts == 0) return phase_left;
+  return phase_left + state.elapsed_s / static_cast<double>(state.rollouts) * state.tests;
 }
 
 std::string FormatDuration(double seconds) {

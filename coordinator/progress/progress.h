@@ -20,7 +20,7 @@ struct ProgressState {
   int batch = 0, batches = 0;                 // t of T; 0 before the first
   int evaluation = 0, max_evaluations = 0;    // of this batch
   std::optional<double> loss, best_loss;      // of this batch; unset: none yet, or rejected
-  int tested = 0, tests = 0;                  // rollouts of the test, in phase kTesting
+  int tested = 0, tests = 0;                  // rollouts of the test, which follows the learning
   std::int64_t rollouts = 0;                  // answered so far
   int workers_alive = 0, workers_wanted = 0;  // wanted 0: whoever comes
   std::int64_t retries = 0;                   // requests sent again
@@ -30,7 +30,8 @@ struct ProgressState {
 // this jumps forward but never back.
 double CalcDonePart(const ProgressState& state);
 
-// Seconds left if the rest goes like what is done; unset before 2 s and 1%.
+// Seconds left to the end of the run: the rest of the phase if it goes like what is done, and while learning the test
+// behind it at the pace of the rollouts so far. Unset before 2 s and 1% of the phase.
 std::optional<double> CalcTimeLeft(const ProgressState& state);
 
 // "0:07", "12:34", "1:02:03"; seconds are rounded.

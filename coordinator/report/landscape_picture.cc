@@ -20,7 +20,7 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr double kSide = 400.0, kTop = 112.0, kLeft = 84.0, kPanel = kLeft + kSide + 116.0, kBottom = 104.0;  // [px]
-constexpr double kBarWidth = 18.0, kBarGap = 18.0;                                                              // [px]
+constexpr double kBarWidth = 18.0, kBarGap = 18.0;                                                            // [px]
 constexpr int kTicks = 5, kLevels = 8;
 
 // One quantity over the grid, in the unit it is shown in.
@@ -88,6 +88,22 @@ Field MakeSuccessField(const Landscape& landscape) {
   return field;
 }
 
+// Both in white on ink, to be seen on any colour.
+std::string DrawRing(const Vector2d& p) {
+  return fmt::format(
+      "<circle cx=\"{0:.1f}\" cy=\"{1:.1f}\" r=\"6\" fill=\"none\" stroke=\"{2}\" stroke-width=\"4.5\"/>\n"
+      "<circle cx=\"{0:.1f}\" cy=\"{1:.1f}\" r=\"6\" fill=\"none\" stroke=\"white\" stroke-width=\"2\"/>\n",
+      p.x(), p.y(), kSvgInk);
+}
+
+std::string DrawCross(const Vector2d& p) {
+  const std::string data = fmt::format("M{:.1f},{:.1f}l12,12m0,-12l-12,12", p.x() - 6.0, p.y() - 6.0);
+  return fmt::format(
+      "<path d=\"{0}\" stroke=\"{1}\" stroke-width=\"5\" stroke-linecap=\"round\"/>\n"
+      "<path d=\"{0}\" stroke=\"white\" stroke-width=\"2\" stroke-linecap=\"round\"/>\n",
+      data, kSvgInk);
+}
+
 class Panel {
  public:
   Panel(const Landscape& landscape, const ShownAxis& x, const ShownAxis& y, const Field& field, double left)
@@ -112,8 +128,8 @@ class Panel {
     for (std::size_t i = 0; i < y_.values.size(); ++i) {
       for (std::size_t j = 0; j < x_.values.size(); ++j) {
         const double value = field_.values(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
-        const Vector2d p = corner_ + Vector2d(static_cast<double>(j) * width,
-                                              static_cast<double>(y_.values.size() - 1 - i) * height);
+        const Vector2d p =
+            corner_ + Vector2d(static_cast<double>(j) * width, static_cast<double>(y_.values.size() - 1 - i) * height);
         const std::string place = fmt::format("<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\"",
                                               p.x(), p.y(), width + 0.05, height + 0.05);
         ink += fmt::format("{} fill=\"{}\"/>\n", place,
@@ -147,9 +163,10 @@ class Panel {
   }
 
   std::string DrawMarks() const {
-    const auto least = std::min_element(
-        landscape_.cells.begin(), landscape_.cells.end(),
-        [](const LandscapeCell& a, const LandscapeCell& b) { return a.loss < b.loss || std::isnan(b.loss); });
+    const auto least = std::min_element(landscape_.cells.begin(), landscape_.cells.end(),
+                                        [](const LandscapeCell& a, const LandscapeCell& b) {
+                                          return !std::isnan(a.loss) && (std::isnan(b.loss) || a.loss < b.loss);
+                                        });
     const auto k = static_cast<std::size_t>(least - landscape_.cells.begin());
     std::string ink = DrawRing(Map(x_.values[k % x_.values.size()], y_.values[k / x_.values.size()]));
     const LandscapePlan& plan = landscape_.plan;
@@ -159,9 +176,9 @@ class Panel {
   }
 
   std::string DrawAxes() const {
-    std::string ink =
-        fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"none\" stroke=\"{}\"/>\n",
-                    corner_.x(), corner_.y(), kSide, kSide, kSvgInk);
+    std::string ink = fmt::format(
+        "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"none\" stroke=\"{}\"/>\n",
+        corner_.x(), corner_.y(), kSide, kSide, kSvgInk);
     for (const double x : ListRoundNumbers(x_.lower, x_.upper, kTicks)) {
       const Vector2d at(Map(x, y_.lower).x(), corner_.y() + kSide);
       ink += DrawLine(at, at + Vector2d(0.0, 6.0), kSvgInk, 1.0);
@@ -197,22 +214,6 @@ class Panel {
     return ink;
   }
 
- public:
-  static std::string DrawRing(const Vector2d& p) {
-    return fmt::format(
-        "<circle cx=\"{0:.1f}\" cy=\"{1:.1f}\" r=\"6\" fill=\"none\" stroke=\"{2}\" stroke-width=\"4.5\"/>\n"
-        "<circle cx=\"{0:.1f}\" cy=\"{1:.1f}\" r=\"6\" fill=\"none\" stroke=\"white\" stroke-width=\"2\"/>\n",
-        p.x(), p.y(), kSvgInk);
-  }
-  static std::string DrawCross(const Vector2d& p) {
-    const std::string data = fmt::format("M{:.1f},{:.1f}l12,12m0,-12l-12,12", p.x() - 6.0, p.y() - 6.0);
-    return fmt::format(
-        "<path d=\"{0}\" stroke=\"{1}\" stroke-width=\"5\" stroke-linecap=\"round\"/>\n"
-        "<path d=\"{0}\" stroke=\"white\" stroke-width=\"2\" stroke-linecap=\"round\"/>\n",
-        data, kSvgInk);
-  }
-
- private:
   const Landscape& landscape_;
   const ShownAxis& x_;
   const ShownAxis& y_;
@@ -221,9 +222,9 @@ class Panel {
 };
 
 std::string DrawLegend(const Landscape& landscape, const LandscapeCaption& caption, double y) {
-  std::string ink = Panel::DrawRing({kLeft + 8.0, y - 5.0});
+  std::string ink = DrawRing({kLeft + 8.0, y - 5.0});
   ink += DrawText({kLeft + 24.0, y}, 15, "start", kSvgInk, "least mean loss");
-  ink += Panel::DrawCross({kLeft + 164.0, y - 5.0});
+  ink += DrawCross({kLeft + 164.0, y - 5.0});
   ink += DrawText({kLeft + 180.0, y}, 15, "start", kSvgInk, caption.theta_name);
   const auto untrusted = std::count_if(landscape.cells.begin(), landscape.cells.end(), [](const LandscapeCell& cell) {
     return cell.not_finite + cell.not_converged > 0;

@@ -56,6 +56,8 @@ std::string DrawOutline(const Outline& outline, const PanelMap& map, const Colou
       data, colours.fill, 0.75 * opacity, colours.line, opacity);
 }
 
+constexpr double kContactOpacity = 0.55, kBetweenOpacity = 0.18;
+
 std::string DrawPath(const TracedPath& path, const PanelMap& map, double radius) {
   const char* colour = path.success ? kSuccess : kFailure;
   std::string ink = fmt::format(
@@ -187,7 +189,8 @@ std::optional<std::string> DrawTopView(RolloutModel& model, const VariationSpec&
         index, x, y, kPanelWidth, panel_height);
     svg += DrawStartBox(start, map);
     svg += DrawOpening(*opening, map);
-    svg += DrawOutline(view.tool_at_contact, map, colours, 0.55);
+    svg += DrawOutline(view.tool_at_contact, map, colours, kContactOpacity);
+    for (const Outline& outline : view.tool_between) svg += DrawOutline(outline, map, colours, kBetweenOpacity);
     svg += DrawOutline(view.tool_at_end, map, colours, 1.0);
     for (const TracedPath& path : view.paths) svg += DrawPath(path, map, radius);
     svg += "</g>\n";

@@ -18,11 +18,11 @@ struct PictureFigures {
 };
 
 // An SVG file of two panels, initial and learned: the tool where it first meets the watched body (median over the drawn
-// variations) and at the end, the opening as a gap in a line, the start rectangle, and the body's path on the first
-// test variations, simulated here.
+// variations), fainter at five equal times on its way, and at the end, the opening as a gap in a line, the start
+// rectangle, and the body's path on the first test variations, simulated here.
 //
-// Empty for a scenario this drawing cannot show: it needs a success test `crosses_opening` and a tool that hangs on the
-// world and does not turn. Throws what RolloutModel throws.
+// Empty for a scenario this drawing cannot show: it needs a success test `crosses_opening` a tool that hangs on the
+// world and does not turn, and no controls. Throws what RolloutModel throws.
 std::optional<std::string> DrawTopView(RolloutModel& model, const VariationSpec& variations,
                                        const PictureFigures& figures);
 

@@ -40,7 +40,8 @@ std::string DrawText(const Eigen::Vector2d& at, int size, const char* anchor, co
   const std::string turned =
       rotation == 0.0 ? "" : fmt::format(" transform=\"rotate({:g} {:.1f} {:.1f})\"", rotation, at.x(), at.y());
   return fmt::format(
-      "<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{}\" text-anchor=\"{}\" fill=\"{}\" font-weight=\"{}\"{}>{}</text>\n",
+      "<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{}\" text-anchor=\"{}\" fill=\"{}\" "
+      "font-weight=\"{}\"{}>{}</text>\n",
       at.x(), at.y(), size, anchor, colour, weight, turned, Escape(text));
 }
 

@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kMoved = 0.5e-3;   // a body farther than this from its start has been touched [m]
 constexpr double kPathStep = 1e-3;  // least distance of drawn points [m]
+constexpr std::size_t kPosesBetween = 5;
 
 const Body* FindBody(const Scene& scene, const std::string& name) {
   const auto found =
@@ -57,7 +58,7 @@ std::vector<Eigen::Vector2d> ThinOut(const BodyPath& path, const Opening& openin
 }  // namespace
 
 std::optional<Opening> FindShownOpening(const Scene& scene) {
-  if (!scene.success || !scene.design) return std::nullopt;
+  if (!scene.success || !scene.design || scene.controls) return std::nullopt;
   const auto* test = std::get_if<CrossesOpening>(&*scene.success);
   const Body* tool = FindBody(scene, scene.design->body);
   if (test == nullptr || tool == nullptr || Turns(*tool)) return std::nullopt;
@@ -84,6 +85,10 @@ TopView TraceTopView(RolloutModel& model, const std::vector<double>& theta,
   const Outline outline = CalcSilhouette(model.design()->CalcMesh(design), static_cast<int>(opening.opening_axis),
                                          static_cast<int>(opening.axis));
   view.tool_at_contact = Shift(outline, Project(tool.p_W[at_contact], opening));
+  const std::size_t way = tool.p_W.size() - 1 - at_contact;
+  for (std::size_t k = 1; k <= kPosesBetween; ++k) {
+    view.tool_between.push_back(Shift(outline, Project(tool.p_W[at_contact + way * k / (kPosesBetween + 1)], opening)));
+  }
   view.tool_at_end = Shift(outline, Project(tool.p_W.back(), opening));
   return view;
 }

@@ -22,6 +22,7 @@ struct TracedPath {
 struct TopView {
   std::vector<TracedPath> paths;
   Outline tool_at_contact;
+  std::vector<Outline> tool_between;  // at equal times between the two
   Outline tool_at_end;
 };
 

@@ -20,7 +20,7 @@ struct ResultDocument {
   std::int64_t rollouts_total = 0;         // asked for
   std::int64_t rollouts_distinct = 0;      // different request ids among them
   std::int64_t rollouts_reissued = 0;      // leases given again after the first
-  double wall_s = 0.0;
+  double wall_s = 0.0;                     // that programs worked on the run, the resumed ones together
 };
 
 // Schema 1, members in a fixed order. Throws std::invalid_argument when the document contradicts itself.

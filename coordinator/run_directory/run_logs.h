@@ -3,6 +3,7 @@
 // Each row reaches the kernel before the call returns, so a killed program loses none. Numbers are written in the
 // shortest form that reads back to the same bits; a rejected evaluation shows inf. Failures throw std::system_error.
 //
+// Times are seconds that programs have worked on the run: after a resume they go on from where the one before stopped.
 // On resume, events.jsonl and rollouts.csv go on where they stopped, without the half line a crash may have left.
 // metrics.csv begins anew: the resumed run repeats every evaluation from the journal, and its rows with it.
 #pragma once
@@ -24,7 +25,7 @@ class MetricsLog {
  public:
   MetricsLog(const std::filesystem::path& path, const std::vector<std::string>& parameter_names);
 
-  // time_s: seconds since the program's start. Written with microseconds, and moved up by the least amount that keeps
+  // time_s: seconds of work on the run. Written with microseconds, and moved up by the least amount that keeps
   // the column strictly increasing.
   void Append(double time_s, const LearningEvaluation& evaluation);
 
@@ -34,7 +35,7 @@ class MetricsLog {
 };
 
 struct RolloutRow {
-  double time_s = 0.0;            // when the answer came, since the program's start
+  double time_s = 0.0;            // when the answer came, seconds of work on the run
   std::string id;                 // the request's content id
   std::string kind;               // task, distillation, start, test, …
   std::vector<double> variation;  // one column, values separated by spaces

@@ -35,6 +35,7 @@ class ModelChecker {
     for (const Body& body : scene_.bodies) CheckBody(body);
     for (std::size_t i = 0; i < scene_.contacts.size(); ++i) CheckContact(i);
     if (scene_.design) CheckDesign(*scene_.design);
+    if (scene_.controls) Report({"controls.actuators", "controls"}, "this simulator has no actuators to be driven");
   }
 
  private:

@@ -3,8 +3,8 @@
 //   u[k][i] = s(a[i][k])        for every step n of interval i = floor(n / hold)
 //   bar_a[i][k] = s'(a[i][k])·bar_u[k][i]
 //
-// a: the controls, dimensionless, interval by interval and in each actuator by actuator, as they travel; s: tanh, or the
-// identity. What a command of 1 means, an actuator's limit say, is the actuator's business.
+// a: the controls, dimensionless, interval by interval and in each actuator by actuator, as they travel; s: tanh, or
+// the identity. What a command of 1 means, an actuator's limit say, is the actuator's business.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,8 +20,8 @@ int CountIntervals(const Controls& controls, const Rollout& rollout);
 // Number of control values of a scene: actuators times intervals; 0 without a section `controls`.
 int CountControls(const Scene& scene);
 
-// u: a row an actuator, a column an interval. a: CountControls values; throws std::invalid_argument when the number does
-// not fit the number of actuators.
+// u: a row an actuator, a column an interval. a: CountControls values; throws std::invalid_argument when the number
+// does not fit the number of actuators.
 Eigen::MatrixXd CalcCommands(const Controls& controls, const Eigen::VectorXd& a);
 
 // bar_a from bar_u, the sum over an interval's steps of dloss/du: same shapes as above.

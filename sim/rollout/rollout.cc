@@ -64,6 +64,7 @@ RolloutModel::RolloutModel(const std::map<std::string, std::string>& files) : sc
     }
   }
   // Whatever this simulator cannot do shows now, not in the first rollout.
+  if (scene_.controls) throw std::runtime_error("controls: this simulator has no actuators to be driven");
   BuildModel(scene_, design_ ? GetMesh(design_->initial_theta()) : nullptr);
 }
 
@@ -101,12 +102,13 @@ RolloutModel::Simulated RolloutModel::Simulate(const VectorXd& theta, const Scen
 
 const RolloutModel::Reference& RolloutModel::GetReference(const RolloutInput& input, const Scene& varied) {
   for (auto it = references_.begin(); it != references_.end(); ++it) {
-    if (it->theta == input.theta_reference && it->variation == input.variation) {
+    if (it->theta == input.theta_reference && it->controls == input.controls_reference &&
+        it->variation == input.variation) {
       references_.splice(references_.begin(), references_, it);
       return references_.front();
     }
   }
-  Reference reference{input.theta_reference, input.variation, {}};
+  Reference reference{input.theta_reference, input.controls_reference, input.variation, {}};
   const Simulated simulated = Simulate(input.theta_reference, varied, {});
   if (simulated.trajectory->certificate.converged) {
     for (const DistillationTerm& term : varied.loss.distillation) {
@@ -123,21 +125,29 @@ const RolloutModel::Reference& RolloutModel::GetReference(const RolloutInput& in
 RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<void(int, int)>& progress) {
   const int d = num_parameters();
   if (input.theta.size() != d || (input.theta_reference.size() != 0 && input.theta_reference.size() != d)) {
+    throw std::invalid_argument(fmt::format("theta has {} values, theta_reference {}; the scenario has {} parameters",
+                                            input.theta.size(), input.theta_reference.size(), d));
+  }
+  const bool distill = d > 0 ? input.theta_reference.size() > 0 : input.controls_reference.size() > 0;
+  const Eigen::Index c = num_controls();
+  if (input.controls.size() != c || input.controls_reference.size() != (distill ? c : 0)) {
     throw std::invalid_argument(
-        fmt::format("theta has {} values, theta_reference {}; the scenario has {} parameters", input.theta.size(),
-                    input.theta_reference.size(), d));
+        fmt::format("controls has {} values, controls_reference {}; the scenario has {} controls",
+                    input.controls.size(), input.controls_reference.size(), c));
   }
   if (!input.theta.allFinite() || !input.theta_reference.allFinite()) {
     throw std::invalid_argument("theta is not finite");
   }
+  if (!input.controls.allFinite() || !input.controls_reference.allFinite()) {
+    throw std::invalid_argument("controls are not finite");
+  }
   const double start = clock ? clock() : 0.0;
   const Scene varied = MakeVariedScene(input.variation);
   const int total = static_cast<int>(std::llround(varied.rollout.horizon / varied.rollout.step));
-  const bool distill = input.theta_reference.size() > 0;
   const Reference* reference = distill ? &GetReference(input, varied) : nullptr;
 
-  Simulated s = Simulate(input.theta, varied, progress ? [&](int done) { progress(done, total); }
-                                                       : std::function<void(int)>());
+  Simulated s =
+      Simulate(input.theta, varied, progress ? [&](int done) { progress(done, total); } : std::function<void(int)>());
   RolloutOutput out;
   out.certificate = s.trajectory->certificate;
   out.steps = s.trajectory->whole_steps();

@@ -15,6 +15,7 @@
 
 #include "sim/morphology/cage_design.h"
 #include "sim/rollout/build_model.h"
+#include "sim/rollout/control_commands.h"
 #include "sim/rollout/loss_terms.h"
 #include "sim/scenarios/scene.h"
 
@@ -26,20 +27,23 @@ namespace knap {
 inline constexpr double kLargestSmoothRounding = 5e-12;
 
 struct RolloutInput {
-  Eigen::VectorXd theta;            // d
-  Eigen::VectorXd theta_reference;  // empty: task loss; d values: distillation against the trajectory at these
-  std::vector<double> variation;    // one value a varied key, SI
+  Eigen::VectorXd theta;               // d design parameters
+  Eigen::VectorXd controls;            // num_controls(), as in control_commands.h; empty where nothing is driven
+  Eigen::VectorXd theta_reference;     // empty: task loss; d values: distillation against the trajectory at these …
+  Eigen::VectorXd controls_reference;  // … and at these controls
+  std::vector<double> variation;       // one value a varied key, SI
   bool want_gradient = true;
 };
 
 struct RolloutOutput {
   double loss = 0.0;
   bool success = false;
-  Eigen::VectorXd gradient;  // d, or empty
+  Eigen::VectorXd gradient;          // d, or empty
+  Eigen::VectorXd control_gradient;  // num_controls(), or empty
   SimulationCertificate certificate;
   double loss_rounding = 0.0;  // what rounding does to the loss, estimated (adjoint.h); 0 without a gradient
   bool smooth = true;          // loss_rounding ≤ kLargestSmoothRounding · ‖g‖∞
-  int steps = 0;       // whole steps simulated
+  int steps = 0;               // whole steps simulated
 };
 
 class RolloutModel {
@@ -49,6 +53,7 @@ class RolloutModel {
 
   const Scene& scene() const { return scene_; }
   int num_parameters() const { return design_ ? design_->num_parameters() : 0; }
+  int num_controls() const { return CountControls(scene_); }
   const std::optional<CageDesign>& design() const { return design_; }
 
   // Throws std::invalid_argument when sizes do not fit the scenario. `progress` may be empty.
@@ -73,9 +78,9 @@ class RolloutModel {
   std::shared_ptr<const ContactMesh> GetMesh(const Eigen::VectorXd& theta);
   Scene MakeVariedScene(const std::vector<double>& variation) const;
 
-  // Reference paths of one (theta, variation), one a distillation term; empty when the reference failed.
+  // Reference paths of one (theta, controls, variation), one a distillation term; empty when the reference failed.
   struct Reference {
-    Eigen::VectorXd theta;
+    Eigen::VectorXd theta, controls;
     std::vector<double> variation;
     std::vector<BodyPath> paths;
   };

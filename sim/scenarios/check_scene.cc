@@ -37,6 +37,7 @@ class SceneChecker {
     CheckRollout();
     CheckLoss();
     CheckVariation();
+    CheckControls();
     CheckLearning();
   }
 
@@ -245,7 +246,70 @@ class SceneChecker {
     }
   }
 
+  void CheckControls() {
+    if (!scene_.controls) return;
+    const Controls& controls = *scene_.controls;
+    if (HasRepeats(controls.actuators)) Report({"controls.actuators"}, "names an actuator twice");
+    if (!IsWholeMultiple(controls.interval, scene_.rollout.step)) {
+      Report({"controls.interval", "rollout.step"},
+             fmt::format("must be a whole number of steps of {}", FormatQuantity(scene_.rollout.step, kTime)));
+    } else if (!IsWholeMultiple(scene_.rollout.horizon, controls.interval)) {
+      Report({"controls.interval", "rollout.horizon"},
+             fmt::format("the horizon, {}, must be a whole number of intervals",
+                         FormatQuantity(scene_.rollout.horizon, kTime)));
+    }
+    if (controls.lower >= controls.upper) {
+      Report({"controls.lower", "controls.upper"}, fmt::format("must be less than upper, {}", controls.upper));
+    } else if (controls.initial < controls.lower || controls.initial > controls.upper) {
+      Report({"controls.initial", "controls.lower", "controls.upper"},
+             fmt::format("must lie from lower, {}, to upper, {}", controls.lower, controls.upper));
+    }
+  }
+
+  void CheckLearnedParts() {
+    const Learning& learning = scene_.learning;
+    if (HasRepeats(learning.optimize)) Report({"learning.optimize"}, "names something twice");
+    for (std::size_t i = 0; i < learning.optimize.size(); ++i) {
+      const std::string path = fmt::format("learning.optimize[{}]", i);
+      switch (learning.optimize[i]) {
+        case LearnedPart::kDesign:
+          // A scene with neither is valid: it can be simulated, and nothing can be learned from it.
+          if (!scene_.design && scene_.controls) {
+            Report({path, "controls"}, "the scenario has no section design; write optimize: [control]");
+          }
+          break;
+        case LearnedPart::kControl:
+          if (!scene_.controls) Report({path}, "the scenario has no section controls");
+          if (learning.method == SceneLearningMethod::kOurs) {
+            Report({path, "learning.method"},
+                   "method ours chooses among design parameters alone; diffhand and simple_continual move controls");
+          }
+          break;
+        case LearnedPart::kPolicy:
+          Report({path}, "scenarios have no policy yet; design and control can be optimised");
+          break;
+      }
+    }
+  }
+
+  // Where nothing varies there is one rollout to learn from and one to test; what the file says must not differ.
+  void SettleWithoutVariation() {
+    const std::pair<std::string, std::int64_t*> counts[] = {
+        {"learning.variations", &scene_.learning.variations},
+        {"learning.batch", &scene_.learning.batch},
+        {"evaluation.variations", &scene_.evaluation.variations},
+    };
+    for (const auto& [path, count] : counts) {
+      if (log_.IsGiven(path) && *count != 1) {
+        Report({path}, "the scenario has no section variation, so all rollouts are alike: must be 1");
+      }
+      *count = 1;
+    }
+  }
+
   void CheckLearning() {
+    CheckLearnedParts();
+    if (scene_.variation.empty() && !log_.HasFailedNear("variation")) SettleWithoutVariation();
     const Learning& learning = scene_.learning;
     if (learning.batch > learning.variations) {
       Report({"learning.batch", "learning.variations"},

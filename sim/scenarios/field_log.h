@@ -29,6 +29,8 @@ class FieldLog {
   void Report(std::span<const std::string> paths, const std::string& message);
   void Report(const std::string& path, const std::string& message) { Report(std::span(&path, 1), message); }
 
+  bool IsGiven(const std::string& path) const { return places_.count(path) != 0; }
+
   // A field failed at, above or below `path`.
   bool HasFailedNear(const std::string& path) const;
 

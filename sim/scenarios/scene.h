@@ -204,6 +204,21 @@ struct Design {
   std::vector<CageMove> moves;
 };
 
+// ---- Controls -----------------------------------------------------------------------------------------------------
+
+enum class Squash { kTanh, kNone };
+
+// Open-loop controls: one number a for each interval and actuator, held all through the interval. The actuator gets
+// u = tanh(a), or a itself (control_commands.h).
+struct Controls {
+  std::vector<std::string> actuators;  // those that are driven, in the order of their values in each interval
+  double interval = 0.0;               // [s]; a whole number of steps, and the horizon a whole number of intervals
+  Squash squash = Squash::kTanh;
+  double initial = 0.0;  // of every a [-]; lower ≤ initial ≤ upper, lower < upper
+  double lower = -3.0;
+  double upper = 3.0;
+};
+
 // ---- Variation ----------------------------------------------------------------------------------------------------
 
 struct UniformDistribution {
@@ -292,23 +307,27 @@ using SuccessTest = std::variant<CrossesOpening>;
 
 // ---- Learning -----------------------------------------------------------------------------------------------------
 
+// What learning moves.
+enum class LearnedPart { kDesign, kControl, kPolicy };
+
 enum class SceneLearningMethod { kOurs, kSimpleContinual, kDiffHand };
 
 struct Learning {
   SceneLearningMethod method = SceneLearningMethod::kOurs;
-  std::int64_t variations = 100;          // N
-  std::int64_t batch = 5;                 // M, ≤ N
-  std::int64_t dimensions_per_batch = 2;  // d', ≤ d where there is a design
-  double alpha = 0.1;                     // weight of the distillation loss [-]
-  double learning_rate = 0.25;            // box radius, as a fraction of each parameter's range [-]
-  double decay = 0.36787944117144233;     // of the learning rate at each restart: e⁻¹ [-]
-  std::string optimizer = "LD_LBFGS";     // an NLopt algorithm
-  std::int64_t max_evaluations = 15;      // of the optimizer, a batch
+  std::vector<LearnedPart> optimize = {LearnedPart::kDesign};  // each at most once; the rest stays initial
+  std::int64_t variations = 100;                               // N; 1 in a scene that does not vary
+  std::int64_t batch = 5;                                      // M, ≤ N
+  std::int64_t dimensions_per_batch = 2;                       // d', ≤ d where there is a design
+  double alpha = 0.1;                                          // weight of the distillation loss [-]
+  double learning_rate = 0.25;         // box radius, as a fraction of each parameter's range [-]
+  double decay = 0.36787944117144233;  // of the learning rate at each restart: e⁻¹ [-]
+  std::string optimizer = "LD_LBFGS";  // an NLopt algorithm
+  std::int64_t max_evaluations = 15;   // of the optimizer, a batch
   std::int64_t seed = 0;
 };
 
 struct Evaluation {
-  std::int64_t variations = 200;
+  std::int64_t variations = 200;  // 1 in a scene that does not vary
   std::int64_t seed = 1;
 };
 
@@ -323,7 +342,8 @@ struct Scene {
   Eigen::Vector3d gravity{0.0, 0.0, -9.81};  // in W [m/s²]
   std::vector<Body> bodies;
   std::vector<Contact> contacts;
-  std::optional<Design> design;  // none: d = 0
+  std::optional<Design> design;      // none: no design parameters
+  std::optional<Controls> controls;  // none: nothing is driven
   Rollout rollout;
   Loss loss;
   std::optional<SuccessTest> success;

@@ -270,6 +270,24 @@ static void VisitFields(FieldVisitor& v, Design& d) {
   v.StructList({.key = "moves", .doc = "cage = cage on file + Σ (theta − initial)·direction"}, d.moves, 1);
 }
 
+// ---- Controls -----------------------------------------------------------------------------------------------------
+
+static void VisitFields(FieldVisitor& v, Controls& c) {
+  v.LeafList({.key = "actuators", .doc = "that are driven, by name"}, c.actuators, 1,
+             [](FieldVisitor& w, std::string& name) { w.Text({.role = TextRole::kName}, name); });
+  v.Number({.key = "interval",
+            .doc = "for which a control is held: a whole number of steps, and the horizon a whole number of intervals",
+            .dimension = kTime,
+            .range = kPositive},
+           c.interval);
+  static constexpr string_view kSquashes[] = {"tanh", "none"};
+  v.EnumField({.key = "squash", .doc = "from a control to what its actuator gets", .required = false}, c.squash,
+              kSquashes);
+  v.Number({.key = "initial", .doc = "value of every control", .required = false}, c.initial);
+  v.Number({.key = "lower", .doc = "least value", .required = false}, c.lower);
+  v.Number({.key = "upper", .doc = "largest value", .required = false}, c.upper);
+}
+
 // ---- Variation ----------------------------------------------------------------------------------------------------
 
 // The numbers of a distribution have the dimension of the key.
@@ -394,8 +412,17 @@ static void VisitFields(FieldVisitor& v, SuccessTest& test) {
 static void VisitFields(FieldVisitor& v, Learning& l) {
   static constexpr string_view kMethods[] = {"ours", "simple_continual", "diffhand"};
   v.EnumField({.key = "method", .doc = "schedule", .required = false}, l.method, kMethods);
-  v.Integer({.key = "variations", .doc = "N: training variations", .required = false, .range = kCount}, l.variations);
-  v.Integer({.key = "batch", .doc = "M: variations in a batch", .required = false, .range = kCount}, l.batch);
+  static constexpr string_view kParts[] = {"design", "control", "policy"};
+  v.LeafList({.key = "optimize", .doc = "what moves; all else stays initial", .required = false}, l.optimize, 1,
+             [](FieldVisitor& w, LearnedPart& part) { w.EnumField({}, part, kParts); });
+  v.Integer({.key = "variations",
+             .doc = "N: training variations; 1 where nothing varies",
+             .required = false,
+             .range = kCount},
+            l.variations);
+  v.Integer(
+      {.key = "batch", .doc = "M: variations in a batch; 1 where nothing varies", .required = false, .range = kCount},
+      l.batch);
   v.Integer(
       {.key = "dimensions_per_batch", .doc = "d': parameters that move in a batch", .required = false, .range = kCount},
       l.dimensions_per_batch);
@@ -418,7 +445,11 @@ static void VisitFields(FieldVisitor& v, Learning& l) {
 }
 
 static void VisitFields(FieldVisitor& v, Evaluation& e) {
-  v.Integer({.key = "variations", .doc = "never seen in training", .required = false, .range = kCount}, e.variations);
+  v.Integer({.key = "variations",
+             .doc = "never seen in training; 1 where nothing varies",
+             .required = false,
+             .range = kCount},
+            e.variations);
   v.Integer({.key = "seed", .doc = "of the evaluation, a stream of its own", .required = false, .range = kSeed},
             e.seed);
 }
@@ -434,6 +465,7 @@ void VisitFields(FieldVisitor& v, Scene& s) {
   v.StructList({.key = "bodies", .doc = "a tree, in any order"}, s.bodies, 1);
   v.StructList({.key = "contacts", .doc = "pairs of bodies that touch", .required = false}, s.contacts);
   v.OptionalStruct({.key = "design", .doc = "what is learned", .required = false}, s.design);
+  v.OptionalStruct({.key = "controls", .doc = "open-loop controls of actuators", .required = false}, s.controls);
   v.Struct({.key = "rollout", .doc = "how one variation is simulated"}, s.rollout);
   v.Struct({.key = "loss", .doc = "what is minimised", .required = false}, s.loss);
   v.OptionalStruct({.key = "success", .doc = "what counts as done", .required = false}, s.success);

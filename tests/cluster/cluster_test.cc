@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "coordinator/dispatch/dispatcher.h"
+#include "coordinator/learning/schedule.h"
 #include "coordinator/local_workers.h"
 #include "lcmtypes/wire/lcm_transport.h"
 #include "lcmtypes/wire/multicast.h"
@@ -31,6 +32,14 @@ using ::testing::HasSubstr;
 double ReadClock() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
+
+class Quiet : public LearningObserver {
+ public:
+  void OnBatchStart(const BatchStart&) override {}
+  void OnEvaluation(const LearningEvaluation&) override {}
+  void OnBatchBox(const BatchBox&) override {}
+  void OnBatchEnd(const BatchEnd&) override {}
+};
 
 class Cluster {
  public:
@@ -249,6 +258,37 @@ TEST(ClusterTest, LargeScenarioReachesWorkers) {
   // 300 KB in pieces of 1 KB to three workers at once.
   Cluster cluster(3, 0, "", {}, std::string(300'000, 'm'));
   cluster.EvaluateAndCheck(Cluster::MakeQueries(6));
+}
+
+// Four design parameters and 120 controls, as many as Reaching has, optimised jointly: requests and answers of two
+// parts each. The optimum of the closed form is known: x_i = i / 10.
+TEST(ClusterTest, DesignAndControlsAreOptimisedJointly) {
+  Problem problem;
+  ParameterSpec& spec = problem.parameters;
+  spec.controls = 120;
+  for (std::size_t i = 0; i < 124; ++i) {
+    spec.names.push_back(i < 4 ? fmt::format("design{}", i) : fmt::format("control[{}][{}]", (i - 4) / 4, i % 4));
+    spec.lower.push_back(-1.0);
+    spec.upper.push_back(14.0);
+    spec.initial.push_back(0.0);
+  }
+  LearningOptions learning;
+  learning.method = LearningMethod::kDiffHand;
+  learning.variations = learning.batch = 1;
+  learning.max_evaluations = 60;
+  learning.loss_tolerance = learning.parameter_tolerance = 0.0;
+  std::vector<double> learned;
+  for (const int workers : {1, 2}) {
+    DispatchOptions options;
+    options.control_size = spec.controls;
+    Cluster cluster(workers, 0, "controls 120\n", options);
+    Quiet observer;
+    const LearningResult result = Learn(problem, learning, cluster.dispatcher(), observer);
+    for (std::size_t i = 0; i < 124; ++i) EXPECT_NEAR(result.theta[i], 0.1 * static_cast<double>(i), 1e-4) << i;
+    if (workers == 1) learned = result.theta;
+    EXPECT_EQ(result.theta, learned);
+    EXPECT_EQ(cluster.dispatcher().counters().refused.total(), 0);
+  }
 }
 
 TEST(ClusterTest, WorkersWithoutTheKeyGetNoWork) {

@@ -81,6 +81,8 @@ std::map<std::string, std::vector<std::string>> ReadCsv(const fs::path& path) {
   return columns;
 }
 
+bool IsIn(const fs::path& path, const std::string& what) { return ReadText(path).find(what) != std::string::npos; }
+
 class LearnTest : public ::testing::Test {
  protected:
   struct Ended {
@@ -164,6 +166,12 @@ TEST_F(LearnTest, ResumesAfterKillToTheSameBits) {
   RunWell(MakeSlowArguments("whole", {"--workers", "2"}));
   {
     ChildProcess knap(KNAP_PROGRAM, MakeSlowArguments("torn", {"--workers", "2"}), folder_ / "", "torn_log");
+    ASSERT_TRUE(WaitForEvaluations(&knap, "torn", 2)) << knap.ReadErr();
+    // A worker dies with work in its hands, so that there is something to be remembered.
+    while (!knap.HasEnded() && !IsIn(folder_ / "torn/events.jsonl", "requests_reissued")) {
+      for (const pid_t worker : knap.ListChildren()) kill(worker, SIGKILL);
+      usleep(50'000);
+    }
     ASSERT_TRUE(WaitForEvaluations(&knap, "torn", 4)) << knap.ReadErr();
     knap.Signal(SIGKILL);
     ASSERT_EQ(knap.Wait(), -SIGKILL);
@@ -172,9 +180,15 @@ TEST_F(LearnTest, ResumesAfterKillToTheSameBits) {
   RunWell({"learn", "--resume", "torn", "--workers", "1"});
   ExpectSameRun("torn", "whole");
   EXPECT_THAT(ReadText(folder_ / "torn/events.jsonl"), MatchesRegex("(.|\n)*\"answers_from_journal\":[1-9](.|\n)*"));
-  // A finished run can be asked again: everything comes from the journal.
+  const Json first = ReadResult("torn");
+  EXPECT_GE(first["rollouts"]["reissued"], 1);
+  // A finished run can be asked again: everything comes from the journal, the time and what went wrong count on.
   RunWell({"learn", "--resume", "torn", "--workers", "1"});
   ExpectSameRun("torn", "whole");
+  EXPECT_GT(ReadResult("torn")["wall_s"], first["wall_s"]);
+  EXPECT_GE(ReadResult("torn")["rollouts"]["reissued"], first["rollouts"]["reissued"]);
+  const std::vector<std::string> times = ReadCsv(folder_ / "torn/rollouts.csv")["time_s"];
+  for (std::size_t i = 1; i < times.size(); ++i) EXPECT_LE(std::stod(times[i - 1]), std::stod(times[i]));
 }
 
 TEST_F(LearnTest, InterruptedRunIsSavedAndGoesOn) {
@@ -315,6 +329,34 @@ TEST_F(LearnTest, EvaluateTakesDesignsByName) {
   EXPECT_EQ(random["median_success_rate"], rates[1]);
 }
 
+TEST_F(LearnTest, LandscapeIsTheSameForAnyNumberOfWorkers) {
+  const auto draw = [&](const std::string& out, const std::string& workers) {
+    RunWell({"landscape", kConfig, "rollout.horizon=2 s", "--x", "left_depth", "--y", "right_depth", "--grid", "3",
+             "--variations", "2", "--workers", workers, "--out", out});
+  };
+  draw("one", "1");
+  draw("two", "2");
+  const std::string csv = ReadText(folder_ / "one/landscape.csv");
+  EXPECT_EQ(ReadText(folder_ / "two/landscape.csv"), csv);
+  EXPECT_EQ(ReadText(folder_ / "two/landscape.svg"), ReadText(folder_ / "one/landscape.svg"));
+  auto columns = ReadCsv(folder_ / "one/landscape.csv");
+  ASSERT_EQ(columns["loss"].size(), 9u);
+  EXPECT_THAT(columns["left_depth"],
+              ::testing::ElementsAre("0", "0.02", "0.04", "0", "0.02", "0.04", "0", "0.02", "0.04"));
+  // The first cell is the initial design, and knap evaluate knows its mean loss.
+  const Ended evaluated = Run({"evaluate", kConfig, "--set", "rollout.horizon=2 s", "--variations", "2", "--engine",
+                               "knap", "--json", "--quiet"});
+  ASSERT_EQ(evaluated.code, 0) << evaluated.err;
+  const double mean = Json::parse(evaluated.out)["designs"][0]["test"]["loss_mean"];
+  EXPECT_EQ(std::stod(columns["loss"][0]), mean);
+  EXPECT_NE(columns["loss"][8], columns["loss"][0]);
+  EXPECT_THAT(ReadText(folder_ / "one/landscape.svg"),
+              AllOf(HasSubstr("left_depth [mm]"), HasSubstr("right_depth [mm]"), HasSubstr("Success rate")));
+  const Ended again = Run({"landscape", kConfig, "--x", "left_depth", "--y", "right_depth", "--out", "one"});
+  EXPECT_EQ(again.code, 2);
+  EXPECT_THAT(again.err, HasSubstr("not an empty folder"));
+}
+
 TEST_F(LearnTest, BadUsageExitsWithTwo) {
   const std::vector<std::vector<std::string>> lines = {
       {},
@@ -337,6 +379,12 @@ TEST_F(LearnTest, BadUsageExitsWithTwo) {
       {"evaluate", kConfig, "--theta", "width=1 mm"},
       {"evaluate", kConfig, "--theta", "middle_width=44"},
       {"evaluate", kConfig, "--theta", "random:0"},
+      {"evaluate", kConfig, "--engine", "bullet"},
+      {"landscape", kConfig, "--x", "left_depth"},
+      {"landscape", kConfig, "--x", "left_depth", "--y", "left_depth"},
+      {"landscape", kConfig, "--x", "left_depth", "--y", "depth"},
+      {"landscape", kConfig, "--x", "left_depth", "--y", "right_depth", "--grid", "1"},
+      {"landscape", kConfig, "--x", "left_depth", "--y", "right_depth", "--variation", "1", "--variations", "2"},
   };
   for (const std::vector<std::string>& line : lines) {
     const Ended ended = Run(line);

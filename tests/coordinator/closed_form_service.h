@@ -34,13 +34,18 @@ class QuadraticService : public RolloutService {
   std::vector<std::vector<RolloutQuery>> calls;                     // all that was asked
 
  private:
+  // A problem without variation has none.
+  static double GetShift(const RolloutQuery& query, std::size_t i) {
+    return query.variation.empty() ? 0.0 : query.variation[i];
+  }
+
   RolloutOutcome Answer(const RolloutQuery& query) const {
     RolloutOutcome outcome;
     outcome.certificate = {.finite = true, .converged = true, .smooth = true};
     for (std::size_t i = 0; i < query.theta.size(); ++i) {
       const bool task = query.theta_reference.empty();
       const double weight = task ? weights_[i] : 1.0;
-      const double error = query.theta[i] - (task ? optimum_[i] + query.variation[i] : query.theta_reference[i]);
+      const double error = query.theta[i] - (task ? optimum_[i] + GetShift(query, i) : query.theta_reference[i]);
       outcome.loss += weight * error * error;
       if (query.gradient) outcome.gradient.push_back(2.0 * weight * error);
     }

@@ -78,7 +78,8 @@ double CalcLuminance(const std::string& colour) {
 
 // Read in grey the order must stay: that is what the map is for.
 TEST(ColourMapTest, BrightensAllTheWay) {
-  for (int k = 1; k <= 50; ++k) EXPECT_GT(CalcLuminance(MakeColour(0.02 * k)), CalcLuminance(MakeColour(0.02 * (k - 1))));
+  for (int k = 1; k <= 50; ++k)
+    EXPECT_GT(CalcLuminance(MakeColour(0.02 * k)), CalcLuminance(MakeColour(0.02 * (k - 1))));
   EXPECT_LT(CalcLuminance(MakeColour(0.0)), 0.06);
   EXPECT_GT(CalcLuminance(MakeColour(1.0)), 0.75);
   EXPECT_EQ(MakeColour(-3.0), MakeColour(0.0));

@@ -42,13 +42,38 @@ TEST(ProblemFromSceneTest, NormalVariationsKeepTheirTruncation) {
   EXPECT_NEAR(sum / 2000, 0.01, 5 * 0.002 / std::sqrt(2000.0));
 }
 
-TEST(ProblemFromSceneTest, SceneWithoutDesignOrVariationIsRefused) {
+TEST(ProblemFromSceneTest, SceneWithNothingToDecideIsRefused) {
   Scene scene = LoadPushing();
-  scene.variation.clear();
-  EXPECT_THROW(MakeProblem(scene), std::invalid_argument);
-  scene = LoadPushing();
   scene.design.reset();
   EXPECT_THROW(MakeProblem(scene), std::invalid_argument);
+}
+
+TEST(ProblemFromSceneTest, ControlsFollowTheDesign) {
+  Scene scene = LoadPushing();
+  EXPECT_EQ(MakeProblem(scene).parameters.controls, 0u);
+  scene.variation.clear();  // one fixed variation
+  scene.rollout.horizon = 3.0;
+  scene.rollout.step = 5e-3;
+  scene.controls =
+      Controls{.actuators = {"hip", "knee"}, .interval = 0.1, .initial = 0.25, .lower = -2.0, .upper = 1.5};
+  scene.learning.optimize = {LearnedPart::kControl};
+  const Problem problem = MakeProblem(scene);
+  const ParameterSpec& spec = problem.parameters;
+  EXPECT_TRUE(problem.variations.empty());
+  ASSERT_EQ(spec.names.size(), 7u + 60u);
+  EXPECT_EQ(spec.controls, 60u);
+  EXPECT_EQ(spec.names[6], "right_bow");
+  EXPECT_EQ(spec.names[7], "control[0][hip]");
+  EXPECT_EQ(spec.names[8], "control[0][knee]");
+  EXPECT_EQ(spec.names.back(), "control[29][knee]");
+  EXPECT_EQ(spec.lower.back(), -2.0);
+  EXPECT_EQ(spec.upper.back(), 1.5);
+  EXPECT_EQ(spec.initial.back(), 0.25);
+  EXPECT_EQ(spec.GetUnit(6), "m");
+  EXPECT_EQ(spec.GetUnit(7), "");
+  for (std::size_t i = 0; i < spec.names.size(); ++i) EXPECT_EQ(spec.IsFixed(i), i < 7) << i;
+  scene.learning.optimize = {LearnedPart::kDesign, LearnedPart::kControl};
+  EXPECT_FALSE(MakeProblem(scene).parameters.IsFixed(0));
 }
 
 TEST(ProblemFromSceneTest, MostRolloutsCountsEveryEvaluationOfEveryBatch) {

@@ -45,6 +45,12 @@ TEST(ProgressTest, DonePartCountsBatchesAndEvaluations) {
 TEST(ProgressTest, TimeLeftExtrapolates) {
   ProgressState state = MakeState();
   EXPECT_DOUBLE_EQ(*CalcTimeLeft(state), 70.0 * 13.5 / 6.5);
+  state.tests = 400;  // they follow, at the pace of 812 rollouts in 70 s
+  EXPECT_DOUBLE_EQ(*CalcTimeLeft(state), 70.0 * 13.5 / 6.5 + 70.0 / 812.0 * 400.0);
+  state.phase = ProgressPhase::kTesting;
+  state.tested = 100;
+  EXPECT_DOUBLE_EQ(*CalcTimeLeft(state), 70.0 * 300.0 / 100.0);
+  state = MakeState();
   state.elapsed_s = 1.0;
   EXPECT_FALSE(CalcTimeLeft(state).has_value());
   state = MakeState();

@@ -55,8 +55,11 @@ TEST(ParseTheta, NamesWhatIsWrong) {
 }
 
 TEST(ParseTheta, ControlsHaveNoUnit) {
-  const ParameterSpec spec{{"width", "control[0][hip]", "control[1][hip]"}, {0.0, -3.0, -3.0}, {1.0, 3.0, 3.0},
-                           {0.5, 0.0, 0.0},                                 {"m", "", ""}};
+  const ParameterSpec spec{{"width", "control[0][hip]", "control[1][hip]"},
+                           {0.0, -3.0, -3.0},
+                           {1.0, 3.0, 3.0},
+                           {0.5, 0.0, 0.0},
+                           {"m", "", ""}};
   EXPECT_THAT(ParseTheta("control[1][hip]=-0.5,width=2 cm", "--theta", spec), ElementsAre(0.02, 0.0, -0.5));
   EXPECT_THAT(ParseTheta("2 cm,1,2", "--theta", spec), ElementsAre(0.02, 1.0, 2.0));
   EXPECT_EQ(FindUsageError([&] { ParseTheta("control[0][hip]=1 mm", "--theta", spec); }),

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "coordinator/run_directory/durable_file.h"
+#include "coordinator/run_directory/earlier_life.h"
 #include "coordinator/run_directory/run_logs.h"
 #include "tests/coordinator/temporary_folder.h"
 
@@ -210,6 +211,25 @@ TEST(RunLogsTest, EventsAreOneObjectALine) {
   EXPECT_THAT(ReadLines(folder / "events.jsonl"),
               ElementsAre("{\"time_s\":0.25,\"event\":\"batch_start\",\"batch\":1,\"text\":\"two\\nlines\"}",
                           "{\"time_s\":0.5,\"event\":\"resumed\"}"));
+}
+
+TEST(EarlierLifeTest, CountsWhatTheLogsSay) {
+  const TemporaryFolder folder;
+  const RunDirectory run = RunDirectory::Create(folder / "run");
+  EXPECT_EQ(ReadEarlierLife(run).worked_s, 0.0);
+  EXPECT_EQ(ReadEarlierLife(run).reissued, 0);
+  {
+    EventLog events(run.events_path());
+    RolloutLog rollouts(run.rollouts_path());
+    events.Append(0.5, "begin", {{"pid", 1}});
+    events.Append(2.0, "requests_reissued", {{"count", 2}, {"total", 2}});
+    events.Append(3.0, "requests_reissued", {{"count", 3}, {"total", 5}});
+    rollouts.Append({.time_s = 3.75, .id = "ab", .kind = "task", .variation = {0.5, 1.0}, .worker = "w"});
+  }
+  EXPECT_EQ(ReadEarlierLife(run).worked_s, 3.75);
+  EXPECT_EQ(ReadEarlierLife(run).reissued, 5);
+  std::ofstream(run.events_path(), std::ios::app) << "{\"time_s\": 9.0, \"eve";  // a crash in mid-line
+  EXPECT_EQ(ReadEarlierLife(run).worked_s, 3.75);
 }
 
 }  // namespace

@@ -57,7 +57,7 @@ TEST(ScheduleTest, DistillationSetIsDrawnFromEarlierBatchesAndFixedDuringOne) {
     const std::vector<std::uint64_t>& d = recorder.starts[t].distillation;
     EXPECT_EQ(d.size(), 5u);
     EXPECT_EQ(std::set<std::uint64_t>(d.begin(), d.end()).size(), 5u);  // without replacement
-    EXPECT_TRUE(std::is_sorted(d.begin(), d.end()));  // the order of the reduction
+    EXPECT_TRUE(std::is_sorted(d.begin(), d.end()));                    // the order of the reduction
     for (const std::uint64_t index : d) EXPECT_LT(index, recorder.starts[t].variations.front());
     drawn.insert(d.begin(), d.end());
   }
@@ -333,6 +333,39 @@ TEST(ScheduleTest, BadProblemsAndOptionsAreNamed) {
   EXPECT_NE(message_of(MakeProblem(), options).find("ADAM"), std::string::npos);
   EXPECT_THROW(ParseLearningMethod("our"), std::invalid_argument);
   EXPECT_EQ(ParseLearningMethod("simple_continual"), LearningMethod::kSimpleContinual);
+}
+
+// What optimize leaves out stays where it is, whatever the method, and is never chosen.
+TEST(ScheduleTest, FixedParametersNeverMove) {
+  for (const LearningMethod method :
+       {LearningMethod::kOurs, LearningMethod::kSimpleContinual, LearningMethod::kDiffHand}) {
+    Problem problem = MakeProblem();
+    problem.parameters.fixed = {false, true, false, true, false, false, true};
+    QuadraticService service(kWeights, kOptimum);
+    Recorder recorder;
+    const LearningResult result = Learn(problem, MakeOptions(method), service, recorder);
+    for (std::size_t i = 0; i < kDimensions; ++i) {
+      EXPECT_EQ(result.theta[i] == problem.parameters.initial[i], problem.parameters.fixed[i]) << i;
+    }
+    for (const BatchBox& box : recorder.boxes) {
+      for (const std::size_t i : box.dimensions) EXPECT_FALSE(problem.parameters.IsFixed(i));
+    }
+    if (method == LearningMethod::kOurs) EXPECT_GT(result.restarts, 0);
+  }
+}
+
+// A scene that does not vary: one rollout an evaluation, to the optimum.
+TEST(ScheduleTest, OneFixedVariationIsOptimised) {
+  Problem problem = MakeProblem();
+  problem.variations.clear();
+  LearningOptions options = MakeOptions(LearningMethod::kDiffHand);
+  options.variations = options.batch = 1;
+  options.max_evaluations = 100;
+  QuadraticService service(kWeights, kOptimum);
+  Recorder recorder;
+  const LearningResult result = Learn(problem, options, service, recorder);
+  EXPECT_LT(CalcDistance(result.theta, kOptimum), 1e-2);
+  EXPECT_EQ(result.rollouts, result.evaluations);
 }
 
 }  // namespace

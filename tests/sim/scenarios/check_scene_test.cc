@@ -17,6 +17,29 @@ TEST_P(Contradiction, IsReportedOnceAtItsPlace) {
 }
 
 const SceneErrorCase kContradictions[] = {
+    {"ActuatorTwice", "actuators: [hinge, slider]", "actuators: @[hinge, hinge]",
+     "controls.actuators: names an actuator twice"},
+    {"IntervalBetweenSteps", "interval: 100 ms", "interval: @101 ms",
+     "controls.interval: value '101 ms': must be a whole number of steps of 0.002 s"},
+    {"IntervalAcrossTheEnd", "interval: 100 ms", "interval: @300 ms",
+     "controls.interval: value '300 ms': the horizon, 1 s, must be a whole number of intervals"},
+    {"ControlBoundsSwapped", "lower: -1, upper: 2", "lower: @3, upper: 2",
+     "controls.lower: value '3': must be less than upper, 2"},
+    {"ControlStartsOutside", "initial: 0.5", "initial: @2.5",
+     "controls.initial: value '2.5': must lie from lower, -1, to upper, 2"},
+    {"PolicyIsRefused", "optimize: [design, control]", "optimize: [design, @policy]",
+     "learning.optimize[1]: value 'policy': scenarios have no policy yet; design and control can be optimised"},
+    {"OptimizedTwice", "optimize: [design, control]", "optimize: @[control, control]",
+     "learning.optimize: names something twice"},
+    {"OursMovesNoControls", "method: simple_continual, optimize: [design, control]",
+     "method: ours, optimize: [design, @control]",
+     "learning.optimize[1]: value 'control': method ours chooses among design parameters alone; diffhand and "
+     "simple_continual move controls"},
+    {"NoControlsToOptimize",
+     "controls: {actuators: [hinge, slider], interval: 100 ms, squash: none, initial: 0.5, lower: -1, upper: 2}\n"
+     "learning: {method: simple_continual, optimize: [design, control]",
+     "learning: {method: simple_continual, optimize: [design, @control]",
+     "learning.optimize[1]: value 'control': the scenario has no section controls"},
     {"OwnParent", "parent: wall", "parent: @hinge",
      "bodies.hinge.parent: value 'hinge': the bodies must form a tree, but here is a cycle: hinge → hinge"},
     {"NoInertia",
@@ -93,6 +116,32 @@ TEST(CheckScene, FindsLongCycles) {
                 "→ upper\n"
                 "f.yaml:10:13: bodies.lower.parent: value 'upper': the bodies must form a tree, but here is a cycle: "
                 "lower → upper → lower\n");
+}
+
+constexpr char kPendulumEnd[] = "rollout: {horizon: 1 s, step: 5 ms, integrator: bdf1}\n";
+
+TEST(CheckScene, WhereNothingVariesThereIsOneRollout) {
+  const Scene scene = ParseScene(kPendulumYaml, "f.yaml").scene;
+  EXPECT_EQ(scene.learning.variations, 1);
+  EXPECT_EQ(scene.learning.batch, 1);
+  EXPECT_EQ(scene.evaluation.variations, 1);
+  const EditedScene edited =
+      EditScene(kPendulumYaml, kPendulumEnd, std::string(kPendulumEnd) + "learning: {variations: @2, batch: 1}\n");
+  EXPECT_EQ(ParseEditedScene(edited),
+            "f.yaml:" + edited.place +
+                ": learning.variations: value '2': the scenario has no section variation, so all rollouts are alike: "
+                "must be 1\n");
+}
+
+TEST(CheckScene, ControlsAloneAreOptimisedByName) {
+  const std::string controls =
+      std::string(kPendulumEnd) + "controls: {actuators: [shoulder], interval: 50 ms}\nlearning: {method: diffhand";
+  EXPECT_EQ(ParseEditedScene(EditScene(kPendulumYaml, kPendulumEnd, controls + ", optimize: [control]}\n")), "");
+  const EditedScene design = EditScene(kPendulumYaml, kPendulumEnd, controls + ", optimize: [@design]}\n");
+  EXPECT_EQ(ParseEditedScene(design),
+            "f.yaml:" + design.place +
+                ": learning.optimize[0]: value 'design': the scenario has no section design; write optimize: "
+                "[control]\n");
 }
 
 TEST(CheckScene, ADesignedMeshNeedsADesign) {

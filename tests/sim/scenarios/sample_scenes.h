@@ -100,8 +100,9 @@ variation:
   - {key: "bodies.pea.initial.position[0]", distribution: uniform, lower: -20 mm, upper: 20 mm}
   - {key: "contacts[0].friction", distribution: normal, mean: 0.4, std: 0.05, truncate_at: 2}
   - {key: "loss.task[0].opening_center", distribution: uniform, lower: -1 mm, upper: 1 mm}
-learning: {method: simple_continual, variations: 10, batch: 2, dimensions_per_batch: 1, alpha: 0.2,
-           learning_rate: 0.5, decay: 0.4, optimizer: LD_MMA, max_evaluations: 7, seed: 9007199254740991}
+controls: {actuators: [hinge, slider], interval: 100 ms, squash: none, initial: 0.5, lower: -1, upper: 2}
+learning: {method: simple_continual, optimize: [design, control], variations: 10, batch: 2, dimensions_per_batch: 1,
+           alpha: 0.2, learning_rate: 0.5, decay: 0.4, optimizer: LD_MMA, max_evaluations: 7, seed: 9007199254740991}
 evaluation: {variations: 20, seed: 12}
 )";
 
