@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdlib>
 #include <limits>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "coordinator/report/colour_map.h"
@@ -22,6 +24,14 @@ using Eigen::Vector2d;
 constexpr double kSide = 400.0, kTop = 112.0, kLeft = 84.0, kPanel = kLeft + kSide + 116.0, kBottom = 104.0;  // [px]
 constexpr double kBarWidth = 18.0, kBarGap = 18.0;                                                            // [px]
 constexpr int kTicks = 5, kLevels = 8;
+
+// "10⁻³".
+std::string FormatPowerOfTen(int exponent) {
+  constexpr const char* kDigits[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
+  std::string text = exponent < 0 ? "10⁻" : "10";
+  for (const char digit : std::to_string(std::abs(exponent))) text += kDigits[digit - '0'];
+  return text;
+}
 
 // One quantity over the grid, in the unit it is shown in.
 struct Field {
@@ -72,7 +82,7 @@ Field MakeLossField(const Landscape& landscape) {
     field.values *= scale;
     field.lower *= scale;
     field.upper *= scale;
-    field.title += fmt::format(" [1e{}]", exponent);
+    field.title += fmt::format(" [{}]", FormatPowerOfTen(exponent));
   }
   if (field.upper == field.lower) field.upper = field.lower + 1.0;
   return field;
@@ -145,6 +155,7 @@ class Panel {
   std::string DrawContours() const {
     std::string ink;
     for (const double level : ListRoundNumbers(field_.lower, field_.upper, kLevels)) {
+      if (level <= field_.lower || level >= field_.upper) continue;  // the edge of a plateau is no contour
       std::string data;
       for (const auto& [from, to] : CalcContour(field_.values, level)) {
         const Vector2d a = MapIndex(from), b = MapIndex(to);

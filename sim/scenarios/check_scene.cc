@@ -253,7 +253,8 @@ class SceneChecker {
     if (!IsWholeMultiple(controls.interval, scene_.rollout.step)) {
       Report({"controls.interval", "rollout.step"},
              fmt::format("must be a whole number of steps of {}", FormatQuantity(scene_.rollout.step, kTime)));
-    } else if (!IsWholeMultiple(scene_.rollout.horizon, controls.interval)) {
+    } else if (IsWholeMultiple(scene_.rollout.horizon, scene_.rollout.step) &&
+               !IsWholeMultiple(scene_.rollout.horizon, controls.interval)) {
       Report({"controls.interval", "rollout.horizon"},
              fmt::format("the horizon, {}, must be a whole number of intervals",
                          FormatQuantity(scene_.rollout.horizon, kTime)));

@@ -63,7 +63,7 @@ TEST(ParseTheta, ControlsHaveNoUnit) {
   EXPECT_THAT(ParseTheta("control[1][hip]=-0.5,width=2 cm", "--theta", spec), ElementsAre(0.02, 0.0, -0.5));
   EXPECT_THAT(ParseTheta("2 cm,1,2", "--theta", spec), ElementsAre(0.02, 1.0, 2.0));
   EXPECT_EQ(FindUsageError([&] { ParseTheta("control[0][hip]=1 mm", "--theta", spec); }),
-            "--theta: control[0][hip]: value '1 mm': expected a number without a unit");
+            "--theta: control[0][hip]: value '1 mm': expected a number without a unit, such as '0.4'");
   EXPECT_EQ(FindUsageError([&] { FindParameter("control[0][hop]", "--x", spec); }),
             "--x: no parameter 'control[0][hop]'; did you mean control[0][hip]?");
 }

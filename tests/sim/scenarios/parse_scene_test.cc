@@ -29,7 +29,7 @@ TEST(ParseScene, ReadsAPendulumWithDefaults) {
   EXPECT_FALSE(scene.design.has_value());
   EXPECT_FALSE(scene.success.has_value());
   EXPECT_TRUE(scene.contacts.empty() && scene.variation.empty() && scene.loss.task.empty());
-  EXPECT_EQ(scene.learning.variations, 100);
+  EXPECT_EQ(scene.learning.variations, 1);  // nothing varies
   EXPECT_TRUE(result.files.empty());
 }
 
@@ -72,7 +72,7 @@ const SceneErrorCase kFieldErrors[] = {
      "    shape: {type: half_space}\n    @initial: {}\n  - name: tool",
      "bodies.ground.initial: unknown key; expected one of: name, parent, joint, shape, inertia"},
     {"DuplicateKey", "evaluation: {variations: 20", "evaluation: {variations: 20, @variations: 21",
-     "evaluation.variations: duplicate key, first given in line 83"},
+     "evaluation.variations: duplicate key, first given in line 84"},
     {"MissingNumber", "{type: solid, mass: 4.2 g}", "@{type: solid}",
      "bodies.pea.inertia.mass: missing; expected a mass with its unit, such as "
      "'4.2 g', more than 0 kg"},
