@@ -131,24 +131,35 @@ class Panel {
   }
   double Normalise(double value) const { return (value - field_.lower) / (field_.upper - field_.lower); }
 
+  std::string GetColour(std::size_t i, std::size_t j) const {
+    const double value = field_.values(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+    return std::isfinite(value) ? MakeColour(Normalise(value)) : "#d0d7de";
+  }
+
+  // In units of a cell, neighbours of one colour in one piece: such a file stays small. What reaches over into the next
+  // cell hides the seams of viewers that smooth edges.
   std::string DrawCells() const {
-    std::string ink = "<g shape-rendering=\"crispEdges\">\n", hatched;
-    const double width = kSide / static_cast<double>(x_.values.size());
-    const double height = kSide / static_cast<double>(y_.values.size());
-    for (std::size_t i = 0; i < y_.values.size(); ++i) {
-      for (std::size_t j = 0; j < x_.values.size(); ++j) {
-        const double value = field_.values(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
-        const Vector2d p =
-            corner_ + Vector2d(static_cast<double>(j) * width, static_cast<double>(y_.values.size() - 1 - i) * height);
-        const std::string place = fmt::format("<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\"",
-                                              p.x(), p.y(), width + 0.05, height + 0.05);
-        ink += fmt::format("{} fill=\"{}\"/>\n", place,
-                           std::isfinite(value) ? MakeColour(Normalise(value)) : std::string("#d0d7de"));
+    const std::size_t rows = y_.values.size(), columns = x_.values.size();
+    std::string cells, hatched;
+    for (std::size_t i = 0; i < rows; ++i) {
+      const std::size_t from_top = rows - 1 - i;
+      for (std::size_t j = 0, run = 0; j < columns; j += run) {
+        const std::string colour = GetColour(i, j);
+        for (run = 1; j + run < columns && GetColour(i, j + run) == colour;) ++run;
+        cells += fmt::format("<path d=\"M{} {}h{}.02v1.02h-{}.02\" fill=\"{}\"/>\n", j, from_top, run, run, colour);
+      }
+      for (std::size_t j = 0; j < columns; ++j) {
         const LandscapeCell& cell = landscape_.at(i, j);
-        if (cell.not_finite + cell.not_converged > 0) hatched += place + " fill=\"url(#untrusted)\"/>\n";
+        if (cell.not_finite + cell.not_converged == 0) continue;
+        const Vector2d p = MapIndex({static_cast<double>(j) - 0.5, static_cast<double>(i) + 0.5});
+        hatched += fmt::format(
+            "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"url(#untrusted)\"/>\n", p.x(),
+            p.y(), kSide / static_cast<double>(columns), kSide / static_cast<double>(rows));
       }
     }
-    return ink + hatched + "</g>\n";
+    return fmt::format("<g shape-rendering=\"crispEdges\" transform=\"translate({} {}) scale({} {})\">\n{}</g>\n{}",
+                       corner_.x(), corner_.y(), kSide / static_cast<double>(columns),
+                       kSide / static_cast<double>(rows), cells, hatched);
   }
 
   // Contours run through the cells' centres.

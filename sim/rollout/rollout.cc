@@ -195,7 +195,7 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
         if (vertices.cols() > 0) out.gradient += design_->PullBack(vertices);
       }
       // A gradient of zero is one that nothing contests: what the tool never touched.
-      const double g = (out.gradient.array() * parameter_ranges_.array()).abs().maxCoeff();
+      const double g = d > 0 ? (out.gradient.array() * parameter_ranges_.array()).abs().maxCoeff() : 0.0;
       out.smooth = g == 0.0 || out.loss_rounding <= kLargestSmoothRounding * g;
     }
   }
