@@ -13,6 +13,7 @@
 
 #include "coordinator/cli/stop_signal.h"
 #include "lcmtypes/wire/multicast.h"
+#include "lcmtypes/wire/open_transport.h"
 
 namespace knap {
 namespace {
@@ -67,9 +68,10 @@ ClusterSession::ClusterSession(const ClusterOptions& options, const std::map<std
     directory_ = temporary_->path;
   }
   const RunKey key = ChooseKey(options);
-  transport_ = std::make_unique<LcmTransport>(lcm_url_, Dispatcher::ListChannels(), &clock_);
+  transport_ = OpenTransport(lcm_url_, Dispatcher::ListChannels(), &clock_);
   DispatchOptions dispatch;
   dispatch.run_id = MakeRunId();
+  dispatch.engine = options.engine;
   dispatch.no_worker_s = options.no_worker_s;
   dispatcher_ = std::make_unique<Dispatcher>(dispatch, key, scenario, transport_.get(), &clock_);
   dispatcher_->set_stop_flag(&CatchStopSignals());
