@@ -59,7 +59,8 @@ ClusterSession::TemporaryFolder::~TemporaryFolder() {
 }
 
 ClusterSession::ClusterSession(const ClusterOptions& options, const std::map<std::string, std::string>& scenario)
-    : lcm_url_(ChooseUrl(options)),
+    : run_id_(MakeRunId()),
+      lcm_url_(ChooseUrl(options)),
       directory_(options.directory),
       key_file_(options.key_file),
       workers_wanted_(options.external ? 0 : CalcWorkerCount(options)) {
@@ -70,7 +71,7 @@ ClusterSession::ClusterSession(const ClusterOptions& options, const std::map<std
   const RunKey key = ChooseKey(options);
   transport_ = OpenTransport(lcm_url_, Dispatcher::ListChannels(), &clock_);
   DispatchOptions dispatch;
-  dispatch.run_id = MakeRunId();
+  dispatch.run_id = run_id_;
   dispatch.engine = options.engine;
   dispatch.no_worker_s = options.no_worker_s;
   dispatcher_ = std::make_unique<Dispatcher>(dispatch, key, scenario, transport_.get(), &clock_);

@@ -51,6 +51,7 @@ class ClusterSession {
   // afterwards.
   void Finish();
 
+  std::int64_t run_id() const { return run_id_; }
   const std::string& lcm_url() const { return lcm_url_; }
   const std::string& key_file() const { return key_file_; }  // empty: the public key
   int workers_wanted() const { return workers_wanted_; }     // 0: whoever comes
@@ -69,6 +70,7 @@ class ClusterSession {
     std::filesystem::path path;
   };
 
+  std::int64_t run_id_;
   std::string lcm_url_;
   std::unique_ptr<TemporaryFolder> temporary_;
   std::filesystem::path directory_;

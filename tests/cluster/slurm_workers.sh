@@ -12,11 +12,14 @@ for program in munged slurmctld slurmd sbatch scontrol; do
     exit 77
   fi
 done
+if [[ $(cat /proc/self/setgroups 2>/dev/null) == deny ]]; then
+  echo "SKIPPED: this user namespace forbids supplementary groups, without which Slurm does not start; run as root"
+  exit 77
+fi
 # Slurm resolves addresses only where one beyond the loopback's exists, so it gets a network of its own if it may.
 if [[ ${KNAP_SLURM_INSIDE-} != yes ]]; then
   unshare=(unshare --net --mount --pid --fork --kill-child --mount-proc)
-  if ((EUID != 0)); then unshare+=(--user --map-root-user); fi
-  if "${unshare[@]}" -- ip link add slurm0 type veth peer name slurm1 2>/dev/null; then
+  if ((EUID == 0)) && "${unshare[@]}" -- ip link add slurm0 type veth peer name slurm1 2>/dev/null; then
     exec env KNAP_SLURM_INSIDE=yes "${unshare[@]}" -- "$0" "$@"
   fi
 else
