@@ -13,6 +13,10 @@
 
 #include "tests/fuzz/fuzz_target.h"
 
+// An abort and an allocation larger than any message explains are findings, with the input that led to them.
+extern "C" const char* __asan_default_options();
+extern "C" const char* __asan_default_options() { return "handle_abort=1:max_allocation_size_mb=64"; }
+
 namespace {
 
 std::string g_input;  // the present one, for the report
