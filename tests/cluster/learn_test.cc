@@ -21,6 +21,7 @@
 #include "lcmtypes/wire/multicast.h"
 #include "sim/geometry/mesh_io.h"
 #include "tests/cluster/child_process.h"
+#include "tests/cluster/run_files.h"
 #include "tests/coordinator/temporary_folder.h"
 
 namespace knap {
@@ -61,26 +62,6 @@ double ReadClock() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-// The columns of a CSV file without quoted fields.
-std::map<std::string, std::vector<std::string>> ReadCsv(const fs::path& path) {
-  std::istringstream lines(ReadText(path));
-  std::vector<std::string> names;
-  std::map<std::string, std::vector<std::string>> columns;
-  for (std::string line; std::getline(lines, line);) {
-    std::istringstream fields(line);
-    std::size_t i = 0;
-    for (std::string field; std::getline(fields, field, ','); ++i) {
-      if (columns.size() <= i && names.size() <= i) {
-        names.push_back(field);
-        columns[field];
-      } else {
-        columns[names.at(i)].push_back(field);
-      }
-    }
-  }
-  return columns;
-}
-
 class LearnTest : public ::testing::Test {
  protected:
   struct Ended {
@@ -101,18 +82,8 @@ class LearnTest : public ::testing::Test {
 
   Json ReadResult(const std::string& run) { return Json::parse(ReadText(folder_ / run / "result.json")); }
 
-  // Everything reproducible: theta, the test's figures, and every evaluation, to the last bit.
   void ExpectSameRun(const std::string& run, const std::string& reference) {
-    const Json a = ReadResult(run), b = ReadResult(reference);
-    EXPECT_EQ(a["theta"], b["theta"]) << run;
-    EXPECT_EQ(a["test"], b["test"]) << run;
-    EXPECT_EQ(a["rollouts"]["distinct"], b["rollouts"]["distinct"]) << run;
-    auto metrics = ReadCsv(folder_ / run / "metrics.csv"),
-         reference_metrics = ReadCsv(folder_ / reference / "metrics.csv");
-    metrics.erase("time_s");
-    reference_metrics.erase("time_s");
-    EXPECT_EQ(metrics, reference_metrics) << run;
-    EXPECT_EQ(ReadText(folder_ / run / "tool/learned.stl"), ReadText(folder_ / reference / "tool/learned.stl")) << run;
+    knap::ExpectSameRun(folder_ / run, folder_ / reference);
   }
 
   // Waits until the run has made so many evaluations; false when it ended before.
