@@ -55,9 +55,12 @@ SimulationOptions MakeOptions(const Rollout& rollout) {
 }  // namespace
 
 RolloutModel::RolloutModel(const std::map<std::string, std::string>& files) : scene_(ParseScenarioFiles(files)) {
-  if (scene_.design) design_ = MakeCageDesign(*scene_.design, files);
+  if (scene_.design) {
+    design_ = MakeCageDesign(*scene_.design, files);
+    sampling_ = MakeSampling(scene_, design_->initial_mesh());
+  }
   // Whatever this simulator cannot do shows now, not in the first rollout.
-  BuildModel(scene_, design_ ? GetMesh(design_->initial_theta()) : nullptr);
+  ContactModel(BuildModel(scene_, design_ ? GetMesh(design_->initial_theta()) : nullptr).contacts);
 }
 
 std::shared_ptr<const ContactMesh> RolloutModel::GetMesh(const VectorXd& theta) {
@@ -68,7 +71,7 @@ std::shared_ptr<const ContactMesh> RolloutModel::GetMesh(const VectorXd& theta) 
       return meshes_.front().second;
     }
   }
-  meshes_.emplace_front(theta, std::make_shared<ContactMesh>(design_->CalcMesh(theta)));
+  meshes_.emplace_front(theta, std::make_shared<ContactMesh>(design_->CalcMesh(theta), sampling_));
   if (meshes_.size() > kCachedMeshes) meshes_.pop_back();
   return meshes_.front().second;
 }

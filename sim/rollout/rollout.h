@@ -82,6 +82,7 @@ class RolloutModel {
 
   Scene scene_;
   std::optional<CageDesign> design_;
+  std::shared_ptr<const SurfaceSampling> sampling_;  // of the designed mesh
   std::list<std::pair<Eigen::VectorXd, std::shared_ptr<const ContactMesh>>> meshes_;
   std::list<Reference> references_;
 };
