@@ -46,12 +46,13 @@ void CalcBallOnMesh(const MeshIntegrals& in, double k, double rho, ElasticPoint*
   const SmoothRamp depth = CalcSmoothRamp(a2 / (2.0 * rho), kOnsetDepth);
   const double g_norm = in.g.norm();
   out->n = in.g / g_norm;
-  out->N = k * depth.value;
+  const double share = g_norm / (in.W * rho);
+  out->N = k * depth.value * share;
   out->N_light = k * kLightDepth;
   out->l = -rho * out->n;
   if (jacobian == nullptr) return;
-  jacobian->dN_dW = k * depth.slope * a2 / (4.0 * rho * in.W);
-  jacobian->dN_dg.setZero();
+  jacobian->dN_dW = k * share * (depth.slope * a2 / (4.0 * rho) - depth.value) / in.W;
+  jacobian->dN_dg = k * depth.value / (in.W * rho) * out->n;
   jacobian->dn_dg = (Matrix3d::Identity() - out->n * out->n.transpose()) / g_norm;
   jacobian->dl_dW.setZero();
   jacobian->dl_dg = -rho * jacobian->dn_dg;

@@ -4,12 +4,14 @@
 // contact acts at a = c + l.
 //
 //   depth of a field     N = k ramp(−phi(c)) |∇phi|,   n = ∇phi/|∇phi|,   l = −rho n              (contact_shape.h)
-//   a ball on a mesh     N = k ramp(depth),  depth = sqrt(2 W/π)/(2 rho),  n = g/|g|,   l = −rho n
+//   a ball on a mesh     N = k ramp(depth) |g|/(W rho),  depth = sqrt(2 W/π)/(2 rho),  n = g/|g|,   l = −rho n
 //   a whole sphere       N = E/(2 r²) |g|,   n = g/|g|,   l = −g/W                             (sphere_triangle.h)
 //
 // k = modulus × area that the point stands for [N/m]; rho the ball's radius (0: the point itself); W and g the sphere's
 // integrals over all triangles it reaches. On a plane W = π (rho² − h²)²/2, so the ball's depth is (rho² − h²)/(2 rho):
-// the same for every triangulation, and smooth over edges and creases. ramp (smooth_ramp.h) rises over kOnsetDepth.
+// the same for every triangulation, and smooth over edges and creases. The factor |g|/(W rho), there h/rho, lets the force
+// pass through zero where the centre reaches the surface: both sphere models are valid to the depth of their radius, and
+// draw in beyond. ramp (smooth_ramp.h) rises over kOnsetDepth.
 #pragma once
 
 #include <Eigen/Dense>
