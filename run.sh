@@ -19,8 +19,8 @@ case ${1-} in
   *) config=$1 && shift ;;
 esac
 
-install_missing_packages
-build_release bin/knap bin/knap-worker knap_types_jar
+install_missing_packages "${knap_packages[@]}"
+build_release bin/knap bin/knap-worker bin/knap-relay knap_types_jar
 
 learn=("$knap_root/build/release/bin/knap" learn "$config" "$@")
 if [[ -z ${LCM_DEFAULT_URL-} && " $* " != *' --lcm-url'* ]] && ! has_multicast_route && has_private_network; then

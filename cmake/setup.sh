@@ -4,7 +4,9 @@
 
 knap_root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd)
 
-# The same names on Debian 12, Ubuntu 22.04 and Ubuntu 24.04; CONTRIBUTING.md says what each is for.
+# The same names on Debian 12, Ubuntu 22.04 and Ubuntu 24.04; CONTRIBUTING.md says what each is for. The first list is
+# what building needs, its tests included; the second what some tests start, which are skipped without it.
+# shellcheck disable=SC2034  # run.sh and test.sh use them
 knap_packages=(
   g++ cmake ninja-build pkg-config iproute2
   liblcm-dev liblcm-bin liblcm-java libglib2.0-dev default-jdk-headless
@@ -12,26 +14,33 @@ knap_packages=(
   libyaml-cpp-dev libcli11-dev libspdlog-dev libfmt-dev nlohmann-json3-dev libsodium-dev
   libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev
 )
+# An independent engine that a test compares dynamics with; Ubuntu has no package of it.
+if (. /etc/os-release 2>/dev/null && [[ ${ID:-} == debian && ${VERSION_ID:-} == 12 ]]); then
+  knap_packages+=(libmujoco-dev)
+fi
+# shellcheck disable=SC2034
+knap_test_packages=(munge slurmctld slurmd slurm-client)
 
 say() { printf 'knap: %s\n' "$*" >&2; }
 
-# Names from knap_packages that are not installed, one a line.
+# Those of the given packages that are not installed, one a line.
 missing_packages() {
   local installed package
-  installed=$(dpkg-query -W -f '${db:Status-Abbrev}${Package}\n' "${knap_packages[@]}" 2>/dev/null || true)
-  for package in "${knap_packages[@]}"; do
+  installed=$(dpkg-query -W -f '${db:Status-Abbrev}${Package}\n' "$@" 2>/dev/null || true)
+  for package in "$@"; do
     grep -qxF -- "ii $package" <<<"$installed" || echo "$package"
   done
 }
 
-# Installs what is missing as root or with a sudo that asks nothing; else prints the one line to run and exits with 2.
+# Installs what is missing of the given packages, as root or with a sudo that asks nothing; else prints the one line to
+# run and exits with 2.
 install_missing_packages() {
   local missing as_root=()
   if ! command -v dpkg-query >/dev/null; then
-    say "no dpkg on this system: install the counterparts of these yourself: ${knap_packages[*]}"
+    say "no dpkg on this system: install the counterparts of these yourself: $*"
     return
   fi
-  mapfile -t missing < <(missing_packages)
+  mapfile -t missing < <(missing_packages "$@")
   ((${#missing[@]})) || return 0
   if ((EUID != 0)); then
     if sudo -n true 2>/dev/null; then

@@ -15,8 +15,8 @@
 #include <string>
 
 #include "lcmtypes/wire/channels.h"
-#include "lcmtypes/wire/lcm_transport.h"
 #include "lcmtypes/wire/multicast.h"
+#include "lcmtypes/wire/open_transport.h"
 #include "worker/threaded_executor.h"
 #include "worker/worker_reactor.h"
 
@@ -50,7 +50,7 @@ std::int64_t MakeNonce() {
   return nonce;
 }
 
-void Work(WorkerReactor* reactor, LcmTransport* transport, const Clock& clock) {
+void Work(WorkerReactor* reactor, Transport* transport, const Clock& clock) {
   while (!g_interrupted && !reactor->stopped()) {
     const std::int64_t wait_us =
         std::clamp<std::int64_t>(reactor->next_deadline_us() - clock.now_us(), 0, kSignalPollUs);
@@ -92,11 +92,12 @@ int RunWorkerProgram(int argc, char** argv, std::unique_ptr<Engine> engine) {
   std::signal(SIGINT, CatchSignal);
   try {
     const SteadyClock clock;
-    LcmTransport transport(ChooseLcmUrl(url, kDefaultLcmUrl), WorkerReactor::ListChannels(name), &clock);
-    ThreadedExecutor executor(engine.get(), [&transport] { transport.Wake(); });
+    const std::unique_ptr<Transport> transport =
+        OpenTransport(ChooseLcmUrl(url, kDefaultLcmUrl), WorkerReactor::ListChannels(name), &clock);
+    ThreadedExecutor executor(engine.get(), [&transport] { transport->Wake(); });
     WorkerReactor reactor({name, MakeNonce(), engine->name(), host, static_cast<std::int32_t>(getpid())}, key,
-                          &transport, &clock, &executor);
-    Work(&reactor, &transport, clock);
+                          transport.get(), &clock, &executor);
+    Work(&reactor, transport.get(), clock);
     // A computation cannot be broken off, and nobody waits for this one: leave without it.
     if (executor.busy()) std::_Exit(0);
   } catch (const std::invalid_argument& e) {

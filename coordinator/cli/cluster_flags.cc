@@ -6,7 +6,12 @@ void AddClusterFlags(CLI::App* command, ClusterOptions* options) {
   CLI::Option* workers =
       command->add_option("--workers", options->workers, "workers to start here (default: one a core)");
   workers->check(CLI::Range(1, 1024));
-  command->add_flag("--external", options->external, "start none: workers are started elsewhere")->excludes(workers);
+  CLI::Option* external =
+      command->add_flag("--external", options->external, "start none: workers are started elsewhere");
+  external->excludes(workers);
+  // Own workers are knap-worker processes, which have one engine.
+  command->add_option("--engine", options->engine, "workers' engine (default: knap, the differentiable simulator)")
+      ->needs(external);
   command->add_option("--lcm-url", options->lcm_url,
                       "LCM network (default: LCM_DEFAULT_URL, else a free port; with --external LCM's default)");
   command->add_option("--key", options->key_file,

@@ -7,7 +7,8 @@
 
 namespace knap {
 
-// Adds --workers, --external, --lcm-url, --key and --wait. `options` is written when the command line is parsed.
+// Adds --workers, --external, --engine, --lcm-url, --key and --wait. `options` is written when the command line is
+// parsed.
 void AddClusterFlags(CLI::App* command, ClusterOptions* options);
 
 }  // namespace knap

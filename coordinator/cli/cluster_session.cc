@@ -13,6 +13,7 @@
 
 #include "coordinator/cli/stop_signal.h"
 #include "lcmtypes/wire/multicast.h"
+#include "lcmtypes/wire/open_transport.h"
 
 namespace knap {
 namespace {
@@ -58,7 +59,8 @@ ClusterSession::TemporaryFolder::~TemporaryFolder() {
 }
 
 ClusterSession::ClusterSession(const ClusterOptions& options, const std::map<std::string, std::string>& scenario)
-    : lcm_url_(ChooseUrl(options)),
+    : run_id_(MakeRunId()),
+      lcm_url_(ChooseUrl(options)),
       directory_(options.directory),
       key_file_(options.key_file),
       workers_wanted_(options.external ? 0 : CalcWorkerCount(options)) {
@@ -67,9 +69,10 @@ ClusterSession::ClusterSession(const ClusterOptions& options, const std::map<std
     directory_ = temporary_->path;
   }
   const RunKey key = ChooseKey(options);
-  transport_ = std::make_unique<LcmTransport>(lcm_url_, Dispatcher::ListChannels(), &clock_);
+  transport_ = OpenTransport(lcm_url_, Dispatcher::ListChannels(), &clock_);
   DispatchOptions dispatch;
-  dispatch.run_id = MakeRunId();
+  dispatch.run_id = run_id_;
+  dispatch.engine = options.engine;
   dispatch.no_worker_s = options.no_worker_s;
   dispatcher_ = std::make_unique<Dispatcher>(dispatch, key, scenario, transport_.get(), &clock_);
   dispatcher_->set_stop_flag(&CatchStopSignals());

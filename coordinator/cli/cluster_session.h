@@ -15,12 +15,13 @@
 #include "coordinator/dispatch/dispatcher.h"
 #include "coordinator/local_workers.h"
 #include "lcmtypes/wire/clock.h"
-#include "lcmtypes/wire/lcm_transport.h"
+#include "lcmtypes/wire/transport.h"
 
 namespace knap {
 
 struct ClusterOptions {
   bool external = false;
+  std::string engine = "knap";      // that workers must have; another one than knap's own only when external
   int workers = 0;                  // to start; 0: one a core. Without meaning when external.
   std::string lcm_url;              // empty: LCM_DEFAULT_URL, else a free port (external: the default address)
   std::string key_file;             // empty: a random key of this run's (external: the public key)
@@ -50,6 +51,7 @@ class ClusterSession {
   // afterwards.
   void Finish();
 
+  std::int64_t run_id() const { return run_id_; }
   const std::string& lcm_url() const { return lcm_url_; }
   const std::string& key_file() const { return key_file_; }  // empty: the public key
   int workers_wanted() const { return workers_wanted_; }     // 0: whoever comes
@@ -68,13 +70,14 @@ class ClusterSession {
     std::filesystem::path path;
   };
 
+  std::int64_t run_id_;
   std::string lcm_url_;
   std::unique_ptr<TemporaryFolder> temporary_;
   std::filesystem::path directory_;
   std::string key_file_;
   int workers_wanted_ = 0;
   SteadyClock clock_;
-  std::unique_ptr<LcmTransport> transport_;
+  std::unique_ptr<Transport> transport_;
   std::unique_ptr<Dispatcher> dispatcher_;
   std::unique_ptr<LocalWorkers> workers_;
   std::function<void()> on_pump_;

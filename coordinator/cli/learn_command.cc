@@ -50,7 +50,7 @@ Prepared Prepare(const LearnArguments& arguments) {
   if (arguments.seed) overrides.push_back(fmt::format("learning.seed={}", *arguments.seed));
   Prepared prepared;
   const fs::path config =
-      arguments.resume.empty() ? fs::path(arguments.config) : OpenRun(arguments.resume).config_path();
+      arguments.resume.empty() ? fs::path(arguments.config) : OpenRunOfThisBuild(arguments.resume).config_path();
   prepared.scenario = LoadValidScenario(config, overrides);
   try {
     prepared.problem = MakeProblem(prepared.scenario.parsed.scene);

@@ -26,6 +26,8 @@ std::string FindHostName() {
   return name.data();
 }
 
+std::string CalcBuild() { return FormatShort(CalcSha256(ReadFile("/proc/self/exe"))); }
+
 // A folder that is not what the command line says is bad usage; a disk that refuses is not.
 template <typename Action>
 RunDirectory AsUsage(const Action& action) {
@@ -46,6 +48,24 @@ RunDirectory OpenRun(const fs::path& path) {
 
 RunDirectory CreateRun(const fs::path& path) {
   return AsUsage([&] { return RunDirectory::Create(path); });
+}
+
+RunDirectory OpenRunOfThisBuild(const fs::path& path) {
+  const RunDirectory run = OpenRun(path);
+  std::string begun_by;
+  try {
+    begun_by = nlohmann::json::parse(ReadFile(run.info_path())).at("build").get<std::string>();
+  } catch (const nlohmann::json::exception& e) {
+    throw UsageError(fmt::format("{}: {}", run.info_path().string(), e.what()));
+  }
+  const std::string build = CalcBuild();
+  if (begun_by != build) {
+    throw UsageError(
+        fmt::format("{}: begun by another build of knap ({}; this one is {}), whose bits may differ: resume it with "
+                    "that one, or start a new run with knap learn {}",
+                    path.string(), begun_by, build, run.config_path().string()));
+  }
+  return run;
 }
 
 LoadedScenario LoadValidScenario(const fs::path& config, std::span<const std::string> overrides) {
@@ -96,7 +116,7 @@ std::vector<double> ReadLearnedTheta(const RunDirectory& run, std::size_t size) 
 RunInfo MakeRunInfo(const LoadedScenario& scenario, const std::string& config_hash) {
   RunInfo info;
   info.version = KNAP_VERSION;
-  info.build = FormatShort(CalcSha256(ReadFile("/proc/self/exe")));
+  info.build = CalcBuild();
   info.scenario = scenario.parsed.scene.name;
   const LearningOptions options = MakeLearningOptions(scenario.parsed.scene);
   info.method = GetName(options.method);

@@ -18,6 +18,10 @@ LoadedScenario LoadValidScenario(const std::filesystem::path& config, std::span<
 RunDirectory OpenRun(const std::filesystem::path& path);
 RunDirectory CreateRun(const std::filesystem::path& path);
 
+// A run to go on with. UsageError when this program is not the one that began it (run.json): another build may compute
+// other bits, and the run would be neither's.
+RunDirectory OpenRunOfThisBuild(const std::filesystem::path& path);
+
 // Writes config.yaml, resolved, and the files it names beside it under the same relative paths, so that the run's
 // config.yaml runs on its own; throws UsageError when such a file would overwrite one of the run's own.
 void WriteScenario(const LoadedScenario& scenario, const RunDirectory& run);

@@ -7,7 +7,9 @@
 #include "coordinator/cli/gradcheck_command.h"
 #include "coordinator/cli/learn_command.h"
 #include "coordinator/cli/rollout_command.h"
+#include "coordinator/cli/status_command.h"
 #include "coordinator/cli/validate_command.h"
+#include "coordinator/cli/verify_log_command.h"
 
 int main(int argc, char** argv) {
   CLI::App app("Learns the shape of a robot's tool on a cluster of differentiable simulators.", "knap");
@@ -19,6 +21,8 @@ int main(int argc, char** argv) {
   knap::AddGradcheckCommand(&app, &command);
   knap::AddRolloutCommand(&app, &command);
   knap::AddValidateCommand(&app, &command);
+  knap::AddStatusCommand(&app, &command);
+  knap::AddVerifyLogCommand(&app, &command);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

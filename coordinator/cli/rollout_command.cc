@@ -78,7 +78,7 @@ nlohmann::ordered_json MakeJson(const RolloutRecord& record) {
            {{"finite", output.certificate.finite},
             {"converged", output.certificate.converged},
             {"smooth", output.smooth},
-            {"amplification", MakeNumber(output.amplification)},
+            {"loss_rounding", MakeNumber(output.loss_rounding)},
             {"worst_residual", MakeNumber(output.certificate.worst_residual)},
             {"subdivided_steps", output.certificate.subdivided_steps},
             {"contact_onsets", output.certificate.contact_onsets}}}};
@@ -96,10 +96,10 @@ std::string FormatRecord(const RolloutRecord& record) {
   fmt::format_to(out, "time       {:.1f} ms forward, {:.1f} ms gradient\n", 1e3 * record.forward_s,
                  1e3 * record.gradient_s);
   fmt::format_to(out,
-                 "certified  finite {}, converged {}, smooth {} (amplification {:.1f}); worst residual {:.1e}, {} "
-                 "steps subdivided, {} contact onsets\n",
+                 "certified  finite {}, converged {}, smooth {} (rounding moves the loss by {:.1e}); worst residual "
+                 "{:.1e}, {} steps subdivided, {} contact onsets\n",
                  yes(output.certificate.finite), yes(output.certificate.converged), yes(output.smooth),
-                 output.amplification, output.certificate.worst_residual, output.certificate.subdivided_steps,
+                 output.loss_rounding, output.certificate.worst_residual, output.certificate.subdivided_steps,
                  output.certificate.contact_onsets);
   if (!record.input.variation.empty()) fmt::format_to(out, "\n{:<36} {:>16}\n", "varied key", "value [SI]");
   for (std::size_t i = 0; i < record.input.variation.size(); ++i) {

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <utility>
 
@@ -16,6 +17,11 @@ using Json = nlohmann::ordered_json;
 
 // JSON has no infinity: the loss of a batch in which nothing was trusted is null.
 Json MakeNumber(double value) { return std::isfinite(value) ? Json(value) : Json(); }
+
+// Whoever reads it later may stand elsewhere. Empty: no key.
+std::string FindAbsolutePath(const std::string& path) {
+  return path.empty() ? "" : std::filesystem::absolute(path).lexically_normal().string();
+}
 
 }  // namespace
 
@@ -39,7 +45,9 @@ RunRecorder::RunRecorder(const RunPlan& plan, const RunDirectory& run, ClusterSe
   session_->set_on_pump([this] { Pump(); });
   service_->set_on_answer([this](const RolloutReport& report) { RecordAnswer(report); });
   RecordEvent("begin", {{"pid", getpid()},
+                        {"run_id", fmt::format("{:016x}", static_cast<std::uint64_t>(session_->run_id()))},
                         {"lcm_url", session_->lcm_url()},
+                        {"key_file", FindAbsolutePath(session_->key_file())},
                         {"workers", session_->workers_wanted()},
                         {"answers_from_journal", service_->preloaded()}});
 }

@@ -7,7 +7,7 @@
 namespace knap {
 namespace {
 
-// The first window: 10^(−5.5), 10^(−6), 10^(−6.5).
+// The first window: 2^(−19), 2^(−20), 2^(−21).
 constexpr int kFirstMiddle = kLadderSteps / 2;
 
 double CalcError(double difference, double derivative) {
@@ -17,7 +17,7 @@ double CalcError(double difference, double derivative) {
 
 }  // namespace
 
-double CalcLadderStep(int k) { return (k % 2 == 0 ? 1.0 : std::sqrt(0.1)) * std::pow(10.0, -3 - k / 2); }
+double CalcLadderStep(int k) { return std::ldexp(1.0, -10 - k); }
 
 double CalcLargestStep() { return CalcLadderStep(0); }
 

@@ -3,7 +3,8 @@
 // All in range-normalised parameters: x = (theta − lower)/(upper − lower), so that a step of 1e-3 is a thousandth of
 // the range. A large step errs by truncation, h²·L'''/6, a small one by the loss's own rounding over h; in between lies
 // a plateau where neither shows. The derivative is confirmed by a window of kWindow consecutive steps that all agree
-// with it: one step alone could agree by chance, a window over a decade cannot.
+// with it: one step alone could agree by chance. From step to step truncation falls to a quarter and rounding doubles,
+// so three that agree within the same bound are neither.
 #pragma once
 
 #include <array>
@@ -11,8 +12,8 @@
 
 namespace knap {
 
-// Steps 10^(−3), 10^(−3.5), … 10^(−9), as fractions of the range.
-inline constexpr int kLadderSteps = 13;
+// Steps 2^(−10), 2^(−11), … 2^(−30) (1e-3 to 1e-9), as fractions of the range.
+inline constexpr int kLadderSteps = 21;
 inline constexpr int kWindow = 3;
 double CalcLadderStep(int k);  // 0 ≤ k < kLadderSteps
 double CalcLargestStep();      // CalcLadderStep(0)

@@ -113,6 +113,25 @@ Journal::Opened Journal::Open(const std::filesystem::path& path, std::string_vie
   return {Journal(std::move(file), sequence), std::move(payloads), torn_bytes};
 }
 
+std::vector<std::string> Journal::ReadPayloads(const std::filesystem::path& path) {
+  const std::string bytes = ReadFile(path);
+  std::string_view rest = bytes;
+  std::vector<std::string> payloads;
+  std::uint64_t sequence = 0;
+  for (; !rest.empty(); ++sequence) {
+    const std::optional<std::string_view> payload = DecodeRecord(rest, sequence);
+    if (!payload) break;
+    if (sequence == 0 && payload->substr(0, kMagic.size()) != kMagic) break;
+    if (sequence > 0) payloads.emplace_back(*payload);
+    rest.remove_prefix(kPrefix + payload->size());
+  }
+  if (sequence == 0) Refuse(path, "not a knap journal, or its header is damaged");
+  if (!rest.empty() && HoldsLaterRecord(rest.substr(1), sequence)) {
+    Refuse(path, "corrupted: record " + std::to_string(sequence) + " is damaged, and valid records follow it");
+  }
+  return payloads;
+}
+
 void Journal::Append(std::string_view payload) {
   if (payload.size() > kMaxPayload) throw std::invalid_argument("Journal::Append: the payload exceeds 1 GiB");
   if (failed_) Refuse(file_.path(), "an earlier write failed, nothing more can be journaled");

@@ -34,6 +34,9 @@ class Journal {
   // corruption, the offset: not a journal, another configuration, corrupted, or in use by another process.
   static Opened Open(const std::filesystem::path& path, std::string_view config_hash);
 
+  // The payloads of all whole records of any journal, whoever uses it; touches nothing. Throws as Open does.
+  static std::vector<std::string> ReadPayloads(const std::filesystem::path& path);
+
   // The payload is durable when this returns. If it throws (std::system_error: disk full, …) the journal takes no more.
   void Append(std::string_view payload);
 

@@ -71,7 +71,7 @@ void RunDirectory::WriteRunInfo(const RunInfo& info) const {
                                        {"host", info.host},
                                        {"config_hash", info.config_hash},
                                        {"started_utc", FormatUtc(info.started, "%Y-%m-%dT%H:%M:%SZ")}};
-  WriteFileAtomically(path_ / "run.json", MakeJsonText(json, 2) + "\n");
+  WriteFileAtomically(info_path(), MakeJsonText(json, 2) + "\n");
 }
 
 void RunDirectory::WriteResult(const ResultDocument& document) const {

@@ -41,6 +41,7 @@ class RunDirectory {
 
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path config_path() const { return path_ / "config.yaml"; }
+  std::filesystem::path info_path() const { return path_ / "run.json"; }
   std::filesystem::path journal_path() const { return path_ / "journal"; }
   std::filesystem::path metrics_path() const { return path_ / "metrics.csv"; }
   std::filesystem::path rollouts_path() const { return path_ / "rollouts.csv"; }

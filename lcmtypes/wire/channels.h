@@ -30,7 +30,8 @@ inline constexpr std::string_view kRunStatusChannel = "KNAP_RUN_STATUS";
 inline constexpr std::string_view kScenarioChannel = "KNAP_SCENARIO";
 inline constexpr std::string_view kControlChannel = "KNAP_CONTROL";  // workers to coordinator
 
-inline std::string MakeRequestChannel(const std::string& worker) { return "KNAP_REQUEST_" + worker; }
+inline constexpr std::string_view kRequestPrefix = "KNAP_REQUEST_";
+inline std::string MakeRequestChannel(const std::string& worker) { return std::string(kRequestPrefix) + worker; }
 inline std::string MakeControlChannel(const std::string& worker) { return "KNAP_CONTROL_" + worker; }
 
 // A worker's or an engine's name is part of channel names and of hashes: 1 to 40 of A-Z a-z 0-9 _ -.

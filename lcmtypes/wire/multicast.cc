@@ -17,6 +17,8 @@
 #include <string_view>
 #include <vector>
 
+#include "knap/preflight_t.hpp"
+
 namespace knap {
 namespace {
 
@@ -73,13 +75,17 @@ std::uint64_t MakeNonce() {
   return nonce;
 }
 
-// A short LCM message on a channel that nobody wants, with random bytes to know it again.
+// The datagram of a short LCM message: magic, sequence number (0), channel with its NUL, the encoded message.
 std::vector<char> MakeProbe() {
-  constexpr std::string_view kHeader("LC02\0\0\0\0KNAP_PREFLIGHT\0", 23);
-  std::vector<char> probe(kHeader.begin(), kHeader.end());
-  const std::uint64_t nonce = MakeNonce();
-  const char* bytes = reinterpret_cast<const char*>(&nonce);
-  probe.insert(probe.end(), bytes, bytes + sizeof(nonce));
+  constexpr std::string_view kMagicAndSequence("LC02\0\0\0\0", 8);
+  preflight_t message{};
+  message.nonce = static_cast<std::int64_t>(MakeNonce());
+  std::vector<char> probe(kMagicAndSequence.begin(), kMagicAndSequence.end());
+  probe.insert(probe.end(), kPreflightChannel, kPreflightChannel + sizeof(kPreflightChannel));
+  const std::size_t header_size = probe.size();
+  const int size = message.getEncodedSize();
+  probe.resize(header_size + static_cast<std::size_t>(size));
+  message.encode(probe.data() + header_size, 0, size);
   return probe;
 }
 

@@ -9,6 +9,7 @@
 
 namespace knap {
 
+inline constexpr char kPreflightChannel[] = "KNAP_PREFLIGHT";
 inline constexpr char kDefaultLcmUrl[] = "udpm://239.255.76.67:7667?ttl=0";
 
 struct UdpmAddress {
@@ -26,8 +27,8 @@ bool IsUdpm(const std::string& url);
 // Throws std::invalid_argument naming the URL and the piece.
 UdpmAddress ParseUdpmUrl(const std::string& url);
 
-// Sends one datagram to the group and waits for it to come back, up to one second. Throws std::runtime_error with the
-// reason and the commands that help.
+// Sends a preflight_t on kPreflightChannel to the group and waits for it to come back, up to one second. Throws
+// std::runtime_error with the reason and the commands that help.
 void CheckMulticast(const UdpmAddress& address);
 
 // The default group on a UDP port that nobody on this machine has bound now: a bus of one's own for one run.

@@ -1,15 +1,11 @@
 #include "lcmtypes/wire/socket_filter.h"
 
-#include <dirent.h>
 #include <fmt/format.h>
-#include <netinet/in.h>
 #include <sys/socket.h>
 
 #include <cerrno>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
-#include <memory>
 #include <stdexcept>
 
 namespace knap {
@@ -47,23 +43,6 @@ std::vector<sock_filter> MakeChannelFilter(const std::vector<std::string>& chann
   }
   program.push_back(MakeStatement(BPF_RET | BPF_K, 0));
   return program;
-}
-
-std::vector<int> FindUdpSockets(int port) {
-  std::vector<int> found;
-  const std::unique_ptr<DIR, int (*)(DIR*)> directory(opendir("/proc/self/fd"), closedir);
-  if (!directory) return found;
-  while (const dirent* entry = readdir(directory.get())) {
-    const int fd = std::atoi(entry->d_name);
-    int type = 0;
-    socklen_t type_size = sizeof(type);
-    if (entry->d_name[0] == '.' || getsockopt(fd, SOL_SOCKET, SO_TYPE, &type, &type_size) != 0) continue;
-    sockaddr_in address{};
-    socklen_t address_size = sizeof(address);
-    if (type != SOCK_DGRAM || getsockname(fd, reinterpret_cast<sockaddr*>(&address), &address_size) != 0) continue;
-    if (address.sin_family == AF_INET && ntohs(address.sin_port) == port) found.push_back(fd);
-  }
-  return found;
 }
 
 void AttachFilter(int fd, const std::vector<sock_filter>& program) {

@@ -1,4 +1,4 @@
-// A kernel filter on LCM's UDP socket: only whole messages on the channels that this process wants reach liblcm.
+// A kernel filter on a UDP socket: only whole LCM messages on the channels that this process wants pass.
 //
 // liblcm 1.3.1 reassembles fragmented messages; a duplicated fragment gives wrong bytes as valid, two crafted ones
 // crash the process, and so does a channel name without an end. We send no fragments, so nothing but datagrams with the
@@ -16,9 +16,6 @@ namespace knap {
 // The classic BPF program. It sees the datagram from the UDP header on: 8 bytes header, then LCM's: magic number,
 // sequence number (4 bytes each, big-endian), channel name with NUL, payload.
 std::vector<sock_filter> MakeChannelFilter(const std::vector<std::string>& channels);
-
-// The descriptors of this process's UDP sockets bound to this port; liblcm hides its own.
-std::vector<int> FindUdpSockets(int port);
 
 // Throws std::runtime_error when the kernel refuses the filter.
 void AttachFilter(int fd, const std::vector<sock_filter>& program);

@@ -1,6 +1,8 @@
 #include "sim/gradient/adjoint.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <utility>
 
 #include "sim/math/check.h"
@@ -100,8 +102,8 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
   dynamics->controls().setZero();
   int step = std::max(trajectory.whole_steps() - 1, 0);  // the whole step that led to state k
   auto next = cotangents.rbegin();
-  double injected = 0.0;
-  double largest = 0.0;
+  constexpr double kEps = std::numeric_limits<double>::epsilon();
+  double rounding_squared = 0.0;
 
   for (int k = trajectory.size() - 1; k >= 0; --k) {
     q = trajectory.q(k);
@@ -115,13 +117,12 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
       for (BodyCotangent& b : bodies) b = BodyCotangent{};
       for (; next != cotangents.rend() && next->state == k; ++next) {
         AddStateCotangent(*next, dynamics->kinematics()[next->body], &bodies[next->body]);
-        injected += next->p_W.norm() + next->r_W.norm();
       }
       dynamics->PullBackKinematics(&bodies, &by_loss, &loss_parameters);
       bar_pose += by_loss.pose;
       bar_v += by_loss.v;
     }
-    largest = std::max(largest, bar_pose.cwiseAbs().maxCoeff());
+    rounding_squared += (kEps * kEps) * bar_pose.squaredNorm();
     if (k == 0) break;
 
     const BdfCoefficients& c = trajectory.coefficients(k);
@@ -146,6 +147,9 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
     g = bar_xi + c.c_v * bar_v;
     AddRightJacobianTransposed(tree, xi, bar_pose, &g);
     dynamics->SolveTransposed(g, &lambda);
+    const double left_by_newton = lambda.dot(r);
+    rounding_squared +=
+        left_by_newton * left_by_newton + (kEps * kEps) * lambda.cwiseProduct(magnitude).squaredNorm();
     dynamics->PullBackResidual(lambda, &by_residual, &step_parameters);
     if (controlled) out.controls.col(controls.IntervalOfStep(step)) -= step_parameters.controls;
     step_parameters.controls.setZero();
@@ -161,7 +165,7 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
   }
   contacts->FinishVertices(&by_contact);
   out.vertices = std::move(by_contact.vertices);
-  out.amplification = injected > 0.0 ? largest / injected : 0.0;
+  out.loss_rounding = std::sqrt(rounding_squared);
   out.pose0 = bar_pose;
   out.v0 = bar_v;
   out.finite = out.pose0.allFinite() && out.v0.allFinite();

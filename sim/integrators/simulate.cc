@@ -50,7 +50,9 @@ void CalcRates(const BdfCoefficients& c, const Eigen::Ref<const VectorXd>& xi,
 Simulator::Simulator(Dynamics* dynamics, ContactModel* contacts) : dynamics_(dynamics), contacts_(contacts) {
   const Tree& tree = dynamics->tree();
   q_.setZero(tree.nq());
-  for (VectorXd* x : {&v_, &xi_, &xi_trial_, &vdot_, &r_, &magnitude_, &scale_, &r_now_, &scale_now_, &dx_, &zero_}) x->setZero(tree.nv());
+  for (VectorXd* x : {&v_, &xi_, &xi_trial_, &vdot_, &r_, &magnitude_, &scale_, &scale_now_, &dx_, &zero_}) {
+    x->setZero(tree.nv());
+  }
   joint_of_row_.resize(tree.nv());
   for (int i = 0; i < tree.size(); ++i) {
     const TreeBody& body = tree.bodies()[i];
@@ -110,7 +112,8 @@ double Simulator::Evaluate(double time, const BdfCoefficients& c, const Trajecto
   const int k = trajectory.size() - 1;
   const int before = std::max(k - 1, 0);
   CalcRates(c, xi_trial_, trajectory.xi(k), trajectory.v(k), trajectory.v(before), &v_, &vdot_);
-  dynamics_->tree().AddIncrement(trajectory.q(k), xi_trial_, &q_);
+  q_ = trajectory.q(k);
+  dynamics_->tree().AddIncrement(q_, xi_trial_, &q_);
   dynamics_->CalcKinematics(q_, v_, vdot_, time + c.h);
   contacts_->AddWrenches(dynamics_, ContactDerivatives::kSolve);
   dynamics_->CalcResidual(c.g0, &r_, &magnitude_);
@@ -135,16 +138,15 @@ bool Simulator::SolveStep(double time, const BdfCoefficients& c, const Simulatio
   // Start where constant acceleration would lead.
   xi_trial_ = c.alpha * trajectory->xi(k) + (trajectory->v(k) + c.h * trajectory->vdot(k)) / c.c_v;
   double scaled = Evaluate(time, c, *trajectory);
-  // Both residuals against the larger of both magnitudes: a joint that carried nothing until now has none of its own.
-  const auto is_better = [&](double length) {
-    double before = 0.0;
-    double after = 0.0;
+  // Judged by the scales before the step, so that growing forces do not hide a growing residual; a joint on which
+  // next to nothing acted has none yet, and takes the trial's.
+  const auto merit = [&] {
+    double sum = 0.0;
     for (Eigen::Index row = 0; row < r_.size(); ++row) {
-      const double scale = std::max(scale_(row), scale_now_(row));
-      if (r_now_(row) != 0.0) before += std::pow(r_now_(row) / scale, 2);
-      if (r_(row) != 0.0) after += std::pow(r_(row) / scale, 2);
+      const double scale = scale_now_(row) > 1e-6 * scale_(row) ? scale_now_(row) : scale_(row);
+      if (r_(row) != 0.0) sum += std::pow(r_(row) / scale, 2);
     }
-    return after <= (1.0 - 1e-4 * length) * before;
+    return sum;
   };
   for (int iteration = 0;; ++iteration) {
     if (!std::isfinite(scaled)) return false;
@@ -154,8 +156,8 @@ bool Simulator::SolveStep(double time, const BdfCoefficients& c, const Simulatio
     xi_ = xi_trial_;
     if (!dynamics_->Factor(xi_, c.c_v, c.g0 * c.c_v)) return false;
     dynamics_->Solve(r_, &dx_);
-    r_now_ = r_;
     scale_now_ = scale_;
+    const double merit_now = merit();
     const double scaled_now = scaled;
     bool at_floor = false;
     double length = 1.0;
@@ -163,7 +165,7 @@ bool Simulator::SolveStep(double time, const BdfCoefficients& c, const Simulatio
       xi_trial_ = xi_ - length * dx_;
       scaled = Evaluate(time, c, *trajectory);
       if (scaled <= options.newton_tolerance) break;
-      if (std::isfinite(scaled) && is_better(length)) break;
+      if (std::isfinite(scaled) && merit() <= (1.0 - 1e-4 * length) * merit_now) break;
       length *= 0.5;
       if (length >= 1e-4) continue;
       // Nothing along the step is better. Near the rounding floor that is an end, elsewhere a failure.

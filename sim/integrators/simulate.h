@@ -110,7 +110,7 @@ class Simulator {
   std::vector<int> joint_of_row_;
   Bristles bristles_;  // at the start of the step
   // Scratch of one step.
-  Eigen::VectorXd q_, v_, xi_, xi_trial_, vdot_, r_, magnitude_, scale_, r_now_, scale_now_, dx_, zero_;
+  Eigen::VectorXd q_, v_, xi_, xi_trial_, vdot_, r_, magnitude_, scale_, scale_now_, dx_, zero_;
 };
 
 }  // namespace knap

@@ -39,6 +39,14 @@ inline Vector6d ShiftWrench(const Pose& X_PB, const Vector6d& F_B) {
   return F_P;
 }
 
+// The inverse of ShiftTwist: V_P = X⁻¹ V_B.
+inline Vector6d ShiftTwistBack(const Pose& X_PB, const Vector6d& V_B) {
+  Vector6d V_P;
+  V_P.head<3>() = X_PB.R * V_B.head<3>();
+  V_P.tail<3>() = X_PB.R * V_B.tail<3>() + X_PB.p.cross(V_P.head<3>());
+  return V_P;
+}
+
 // The 6×6 matrix X of ShiftTwist; its transpose is that of ShiftWrench.
 inline Matrix6d TwistMatrix(const Pose& X_PB) {
   Matrix6d X;

@@ -21,6 +21,8 @@ Dynamics::Dynamics(const Tree& tree) : tree_(&tree) {
   bars_.resize(n);
   S_.resize(n);
   dynamic_.resize(n);
+  dof_.resize(n);
+  root_.assign(n, -1);
   slot_.assign(n, -1);
   coupled_.reserve(n);
   coupling_s_.resize(n);
@@ -32,7 +34,10 @@ Dynamics::Dynamics(const Tree& tree) : tree_(&tree) {
   for (int i = 0; i < n; ++i) {
     const TreeBody& body = tree.bodies()[i];
     dynamic_[i] = tree.IsDynamic(i);
+    dof_[i] = CountDof(body.joint);
+    if (dynamic_[i]) root_[i] = body.parent >= 0 && dynamic_[body.parent] ? root_[body.parent] : i;
     S_[i].setZero();
+    articulated_[i].M_inverse.setZero();
     switch (body.joint) {
       case JointType::kRevolute:
         S_[i].col(0).head<3>() = body.axis;

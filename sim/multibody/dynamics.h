@@ -7,16 +7,21 @@
 //
 // with tau the joint's own forces (joint_forces.h).
 //
-// A perturbation of body i is the 18-vector z = (eta, dV, dA): eta the twist of its pose error in B. It is linear in
-// the parent's and in the joint's own increment, z_i = T z_p + U dxi, because implicit integration makes d = Jr dxi,
-// dv = c_v dxi and dvdot = c_a dxi multiples of one unknown. The subtree's wrench is linear in it, dF_i = P_i z_i + b_i
-// with P_i 6×18, so eliminating the joints from the tips to the root solves the Newton system exactly, as the
-// articulated-body algorithm does for forces [Featherstone 2008, ch. 7]; the transpose of both passes solves the
-// adjoint. A wrench on body b enters P through its derivatives in b's own perturbation. Where it also hangs on another
-// body o, dF_b = D z_o, the matrix is the tree's less a term of rank 6 for each such b:
+// A perturbation of body i is z = (eta, dV, w): eta the twist of its pose error, dV and dA the changes of its twist and
+// acceleration as components in B, w = dA + crm(V_i) dV. With all of these seen from one frame R for the whole tree
+// (axes of the world, at the root's origin) the parent's perturbation is carried along as it is, and
+//
+//   z_i = z_p + U dxi                                                                        U 18×n
+//
+// because implicit integration makes the joint's d = Jr dxi, dv = c_v dxi and dvdot = c_a dxi multiples of one unknown.
+// The subtree's wrench is linear in it, dF_i = P_i z_i + b_i with P_i 6×18, so eliminating the joints from the tips to
+// the root solves the Newton system exactly, as the articulated-body algorithm does for forces [Featherstone 2008,
+// ch. 7]; the transpose of both passes solves the adjoint. A wrench on body b enters P through its derivatives in b's
+// own perturbation. Where it also hangs on another body o, dF_b = D z_o, the matrix is the tree's less a term of rank 6
+// for each such b:
 //
 //   J = J_tree − U V,   U = [Φ_bᵀ],   V = [Σ_o D z_o]          Φ_b: joint rates to the twist of b
-//   J⁻¹ rhs = J_tree⁻¹ (rhs + U s),   (1 − V J_tree⁻¹ U) s = V J_tree⁻¹ rhs            [Woodbury; Golub & Van Loan 2013]
+//   J⁻¹ rhs = J_tree⁻¹ (rhs + U s),   (1 − V J_tree⁻¹ U) s = V J_tree⁻¹ rhs     [Golub & Van Loan 2013, §2.1.4]
 //
 // so that six more passes over the tree for each b that hangs on others, and two a solve, keep everything exact.
 #pragma once
@@ -141,26 +146,26 @@ class Dynamics {
   using Matrix6x3 = Eigen::Matrix<double, 6, 3>;
   using Vector18d = Eigen::Matrix<double, 18, 1>;
 
+  // Of one body, in R.
   struct Articulated {
+    Pose X_RB;
+    Matrix6x3 S;
     Matrix6x18 P;
-    Matrix6x18 PT;
     Matrix18x3 U;
-    Matrix6x3 G;              // P U + the turning of the subtree's own wrench with the joint
-    Eigen::Matrix3d M_inverse;
-    Eigen::Matrix<double, 3, 18> N;  // M⁻¹ Sᵀ P T
+    Matrix6x3 G;                     // P U + the turning of the subtree's own wrench with the joint
+    Eigen::Matrix3d M_inverse;       // zero beyond the joint's freedoms
+    Eigen::Matrix<double, 3, 18> N;  // M⁻¹ Sᵀ P
   };
 
   template <int n>
   bool FactorJoint(int i, const Eigen::VectorXd& xi, double c_v, double c_a);
   bool FactorCoupling();
   void CalcCoupling();
-  // The tree's own solves. SolveTree takes the constant wrenches in b_ and leaves the perturbations in z_; the transposed
-  // one takes cotangents of z in z_ and leaves minus the virtual twists in b_. Both overwrite both.
+  // The tree's own solves, in R. SolveTree takes the constant wrenches in b_ and leaves the perturbations in z_; the
+  // transposed one takes cotangents of z in z_ and leaves minus the virtual twists in b_. Both overwrite both.
   void SolveTree(const Eigen::VectorXd& rhs, Eigen::VectorXd* x);
   void SolveTreeTransposed(const Eigen::VectorXd& rhs, Eigen::VectorXd* x);
-  Matrix6d CalcVelocityJacobian(int i) const;
-  Vector18d CarryPerturbation(int i, const Vector18d& z_parent) const;
-  void PullBackPerturbation(int i, const Vector18d& bar_z, Vector18d* bar_z_parent) const;
+  void StartArticulated(int i);
 
   void CalcJointForces();
   // Both pull-backs; `lambda` null for one of kinematics alone.
@@ -175,6 +180,8 @@ class Dynamics {
   std::vector<JointForce> joint_forces_;
   Eigen::VectorXd by_control_;  // dtau/du of each actuator
   std::vector<bool> dynamic_;
+  std::vector<int> dof_;
+  std::vector<int> root_;           // of a dynamic body: the first dynamic body on its path from the world
   std::vector<Eigen::Matrix<double, 6, 3>> S_;
   std::vector<BodyKinematics> kinematics_;
   std::vector<ExternalWrench> external_;

@@ -15,7 +15,10 @@ void Dynamics::PullBackResidual(const VectorXd& lambda, JointCotangents* out, Pa
     if (body.parent >= 0 && dynamic_[body.parent]) W_[i] = ShiftTwist(kinematics_[i].X_PB, W_[body.parent]);
     for (int k = 0; k < CountDof(body.joint); ++k) W_[i] += S_[i].col(k) * lambda(body.v_start + k);
     bars_[i].eta = -external_[i].dF_deta.transpose() * W_[i];
-    bars_[i].V = CalcVelocityJacobian(i).transpose() * W_[i];
+    // M A + crf(V) M V − f_ext, transposed.
+    const Vector6d& V = kinematics_[i].V;
+    bars_[i].V = -CrossForce(W_[i], body.M * V) - body.M * CrossMotion(V, W_[i]);
+    bars_[i].V -= external_[i].dF_dV.transpose() * W_[i];
     bars_[i].A = body.M * W_[i];
     if (parameters != nullptr) PullBackInertia(i, &parameters->bodies[i]);
   }

@@ -4,145 +4,155 @@
 
 namespace knap {
 
+using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// dV-block of the body's own wrench: crf(V) M + CrossBar(M V) − dF_ext/dV.
-Matrix6d Dynamics::CalcVelocityJacobian(int i) const {
+// The body's own part of P, and its pose, in R.
+//
+// With mass m, first moment h and inertia I about R's origin, twist (w, v), momentum (L, p), and dA = w' − crm(V) dV
+// for the third part w' of z, the gyroscopic terms crf(V) M + CrossBar(M V) − M crm(V) gather to
+//
+//   [w× I − I w× − L× − v hᵀ − h vᵀ + 2 (v·h) 1,   0;   −2 p×,   0]
+void Dynamics::StartArticulated(int i) {
+  const BodyKinematics& k = kinematics_[i];
+  Articulated& a = articulated_[i];
+  a.X_RB = {k.X_WB.R, k.X_WB.p - kinematics_[root_[i]].X_WB.p};
+  const Matrix3d& R = a.X_RB.R;
+  const Vector3d& x = a.X_RB.p;
   const Matrix6d& M = tree_->bodies()[i].M;
-  const Vector6d& V = kinematics_[i].V;
-  return CrossBarMatrix(M * V) - CrossMotionMatrix(V).transpose() * M - external_[i].dF_dV;
+  const double m = M(3, 3);
+  const Vector3d h_turned = R * Vector3d(M(2, 4), M(0, 5), M(1, 3));
+  const Vector3d h = h_turned + m * x;
+  Matrix3d I = R * M.topLeftCorner<3, 3>() * R.transpose();
+  I -= x * h.transpose() + h_turned * x.transpose();
+  I.diagonal().array() += x.dot(h + h_turned);
+  const Vector6d V = ShiftTwistBack(a.X_RB, k.V);
+  const Vector3d w = V.head<3>();
+  const Vector3d v = V.tail<3>();
+  const Vector3d p = m * v + w.cross(h);
+  const Vector3d L = I * w + h.cross(v);
+
+  a.P.leftCols<9>().setZero();
+  Matrix3d turning = Skew(w) * I;
+  turning -= Skew(L) + v * h.transpose() + h * v.transpose();
+  turning -= I * Skew(w);
+  turning.diagonal().array() += 2.0 * v.dot(h);
+  a.P.block<3, 3>(0, 6) = turning;
+  a.P.block<3, 3>(3, 6) = -2.0 * Skew(p);
+  a.P.middleCols<3>(9).setZero();
+  a.P.block<3, 3>(0, 12) = I;
+  a.P.block<3, 3>(0, 15) = Skew(h);
+  a.P.block<3, 3>(3, 12) = -Skew(h);
+  a.P.block<3, 3>(3, 15) = m * Matrix3d::Identity();
+  const ExternalWrench& external = external_[i];
+  if ((external.dF_deta.array() != 0.0).any() || (external.dF_dV.array() != 0.0).any()) {
+    const Matrix6d X = TwistMatrix(a.X_RB);
+    a.P.leftCols<6>() -= X.transpose() * external.dF_deta * X;
+    a.P.middleCols<6>(6) -= X.transpose() * external.dF_dV * X;
+  }
 }
 
 bool Dynamics::Factor(const VectorXd& xi, double c_v, double c_a) {
   for (int i = 0; i < tree_->size(); ++i) {
-    if (!dynamic_[i]) continue;
-    Matrix6x18& P = articulated_[i].P;
-    P.leftCols<6>() = -external_[i].dF_deta;
-    P.middleCols<6>(6) = CalcVelocityJacobian(i);
-    P.rightCols<6>() = tree_->bodies()[i].M;
+    if (dynamic_[i]) StartArticulated(i);
   }
   for (int i = tree_->size() - 1; i >= 0; --i) {
     if (!dynamic_[i]) continue;
     bool ok = true;
-    switch (CountDof(tree_->bodies()[i].joint)) {
-      case 0:
-        ok = FactorJoint<0>(i, xi, c_v, c_a);
-        break;
-      case 1:
-        ok = FactorJoint<1>(i, xi, c_v, c_a);
-        break;
-      default:
-        ok = FactorJoint<3>(i, xi, c_v, c_a);
-    }
+    if (dof_[i] == 1) ok = FactorJoint<1>(i, xi, c_v, c_a);
+    if (dof_[i] == 3) ok = FactorJoint<3>(i, xi, c_v, c_a);
     if (!ok) return false;
+    if (i != root_[i]) articulated_[tree_->bodies()[i].parent].P += articulated_[i].P;
   }
   return FactorCoupling();
 }
 
+// Eliminates the joint's increment from dF = P z_i, z_i = z_p + U dxi, where what reaches the parent is dF plus the
+// turning of F with the joint: P becomes P − G N, to be applied to z_p.
 template <int n>
 bool Dynamics::FactorJoint(int i, const VectorXd& xi, double c_v, double c_a) {
+  using Matrix6xn = Eigen::Matrix<double, 6, n>;
   const TreeBody& body = tree_->bodies()[i];
   const BodyKinematics& k = kinematics_[i];
   Articulated& a = articulated_[i];
-  const bool has_dynamic_parent = body.parent >= 0 && dynamic_[body.parent];
-  const auto P_eta = a.P.leftCols<6>();
-  const auto P_V = a.P.middleCols<6>(6);
-  const auto P_A = a.P.rightCols<6>();
-  if (has_dynamic_parent) {
-    const Matrix6d X = TwistMatrix(k.X_PB);
-    a.PT.leftCols<6>().noalias() = P_eta * X;
-    a.PT.middleCols<6>(6).noalias() = (P_V - P_A * CrossMotionMatrix(k.V_joint)) * X;
-    a.PT.rightCols<6>().noalias() = P_A * X;
-  }
-  if constexpr (n > 0) {
-    const Eigen::Matrix<double, 6, n> S = S_[i].leftCols<n>();
-    Eigen::Matrix<double, 6, n> S_pose = S;  // S Jr
+  Matrix6xn S_B_pose = S_[i].leftCols<n>();  // S Jr
+  Eigen::Matrix<double, n, n> Jr = Eigen::Matrix<double, n, n>::Identity();
+  if constexpr (n == 3) {
     if (body.joint == JointType::kBall) {
-      if constexpr (n == 3) S_pose.template topRows<3>() = RightJacobianSo3(xi.segment<3>(body.v_start));
-    }
-    const Eigen::Matrix<double, 6, n> U_V = c_v * S + CrossMotionMatrix(k.V_carried) * S_pose;
-    a.U.topLeftCorner<6, n>() = S_pose;
-    a.U.block<6, n>(6, 0) = U_V;
-    a.U.block<6, n>(12, 0) = c_a * S + CrossMotionMatrix(k.A_carried) * S_pose +
-                             c_v * (CrossMotionMatrix(k.V) * S) - CrossMotionMatrix(k.V_joint) * U_V;
-    const Eigen::Matrix<double, 6, n> PU = a.P * a.U.leftCols<n>();
-    a.G.leftCols<n>() = PU + CrossBarMatrix(F_[i]) * S_pose;
-    Eigen::Matrix<double, n, n> M = S.transpose() * PU;
-    const JointForce& force = joint_forces_[i];
-    M -= force.by_pose.template topLeftCorner<n, n>() * (S.transpose() * S_pose);
-    M.diagonal() -= c_v * force.by_v.template head<n>();
-    a.M_inverse.setZero();  // unused rows stay zero, so that it applies to padded 3-vectors
-    if constexpr (n == 1) {
-      if (!(std::abs(M(0, 0)) > 0.0) || !std::isfinite(M(0, 0))) return false;
-      a.M_inverse(0, 0) = 1.0 / M(0, 0);
-    } else {
-      const double determinant = M.determinant();
-      if (!(std::abs(determinant) > 0.0) || !std::isfinite(determinant)) return false;
-      a.M_inverse = M.inverse();
-    }
-    if (has_dynamic_parent) {
-      a.N.topRows<n>().noalias() =
-          a.M_inverse.topLeftCorner<n, n>() * (S.transpose() * a.PT);
-      a.PT.noalias() -= a.G.leftCols<n>() * a.N.topRows<n>();
+      Jr = RightJacobianSo3(xi.segment<3>(body.v_start));
+      S_B_pose.template topRows<3>() = Jr;
     }
   }
-  if (has_dynamic_parent) {
-    articulated_[body.parent].P.noalias() += TwistMatrix(k.X_PB).transpose() * a.PT;
+  const Vector6d V = ShiftTwistBack(a.X_RB, k.V);
+  const Vector6d V_carried = ShiftTwistBack(a.X_RB, k.V_carried);
+  const Vector6d A_carried = ShiftTwistBack(a.X_RB, k.A_carried);
+  const Vector6d F = ShiftWrench(a.X_RB, F_[i]);
+  Matrix6xn turned;
+  for (int c = 0; c < n; ++c) {
+    a.S.col(c) = ShiftTwistBack(a.X_RB, S_[i].col(c));
+    const Vector6d S = a.S.col(c);
+    const Vector6d S_pose = n == 3 ? ShiftTwistBack(a.X_RB, S_B_pose.col(c)) : S;
+    const Vector6d U_V = c_v * S + CrossMotion(V_carried, S_pose);
+    a.U.template block<6, 1>(0, c) = S_pose;
+    a.U.template block<6, 1>(6, c) = U_V;
+    a.U.template block<6, 1>(12, c) =
+        c_a * S + CrossMotion(A_carried, S_pose) + c_v * CrossMotion(V, S) + CrossMotion(V_carried, U_V);
+    turned.col(c) = CrossForce(S_pose, F);
   }
+  const Matrix6xn S = a.S.template leftCols<n>();
+  const Matrix6xn PU = a.P * a.U.template leftCols<n>();
+  Eigen::Matrix<double, n, n> M = S.transpose() * PU;
+  const JointForce& force = joint_forces_[i];
+  M -= force.by_pose.template topLeftCorner<n, n>() * Jr;
+  M.diagonal() -= c_v * force.by_v.template head<n>();
+  if constexpr (n == 1) {
+    if (!(std::abs(M(0, 0)) > 0.0) || !std::isfinite(M(0, 0))) return false;
+    a.M_inverse(0, 0) = 1.0 / M(0, 0);
+  } else {
+    const double determinant = M.determinant();
+    if (!(std::abs(determinant) > 0.0) || !std::isfinite(determinant)) return false;
+    a.M_inverse = M.inverse();
+  }
+  if (i == root_[i]) return true;
+  a.G.template leftCols<n>() = PU + turned;
+  const Eigen::Matrix<double, n, 18> SP = S.transpose() * a.P;
+  const Eigen::Matrix<double, n, 18> N = a.M_inverse.template topLeftCorner<n, n>() * SP;
+  a.N.template topRows<n>() = N;
+  a.P.noalias() -= a.G.template leftCols<n>() * N;
   return true;
-}
-
-// T z_p: the perturbation that the parent's carries into body i.
-Dynamics::Vector18d Dynamics::CarryPerturbation(int i, const Vector18d& z_parent) const {
-  const BodyKinematics& k = kinematics_[i];
-  Vector18d z;
-  z.head<6>() = ShiftTwist(k.X_PB, z_parent.head<6>());
-  z.segment<6>(6) = ShiftTwist(k.X_PB, z_parent.segment<6>(6));
-  z.tail<6>() = ShiftTwist(k.X_PB, z_parent.tail<6>()) - CrossMotion(k.V_joint, z.segment<6>(6));
-  return z;
-}
-
-// Tᵀ bar_z, added to the parent's.
-void Dynamics::PullBackPerturbation(int i, const Vector18d& bar_z, Vector18d* bar_z_parent) const {
-  const BodyKinematics& k = kinematics_[i];
-  bar_z_parent->head<6>() += ShiftWrench(k.X_PB, bar_z.head<6>());
-  bar_z_parent->segment<6>(6) +=
-      ShiftWrench(k.X_PB, bar_z.segment<6>(6) + CrossForce(k.V_joint, bar_z.tail<6>()));
-  bar_z_parent->tail<6>() += ShiftWrench(k.X_PB, bar_z.tail<6>());
 }
 
 void Dynamics::SolveTree(const VectorXd& rhs, VectorXd* x) {
   const int count = tree_->size();
-  // Tips to root: with dF = P z + b and S^T dF = rhs, the joint's own part is y = M⁻¹ (rhs − Sᵀ b).
+  // Tips to root: with dF = P z + b and Sᵀ dF = rhs, the joint's own part is y = M⁻¹ (rhs − Sᵀ b).
   for (int i = count - 1; i >= 0; --i) {
     if (!dynamic_[i]) continue;
     const TreeBody& body = tree_->bodies()[i];
     const Articulated& a = articulated_[i];
-    const int n = CountDof(body.joint);
     Vector3d y = Vector3d::Zero();
-    if (n > 0) {
+    if (dof_[i] > 0) {
       Vector3d e = Vector3d::Zero();
-      for (int k = 0; k < n; ++k) e(k) = rhs(body.v_start + k) - S_[i].col(k).dot(b_[i]);
+      for (int k = 0; k < dof_[i]; ++k) e(k) = rhs(body.v_start + k) - a.S.col(k).dot(b_[i]);
       y = a.M_inverse * e;
-      for (int k = 0; k < n; ++k) (*x)(body.v_start + k) = y(k);
+      for (int k = 0; k < dof_[i]; ++k) (*x)(body.v_start + k) = y(k);
     }
-    if (body.parent < 0 || !dynamic_[body.parent]) continue;
-    Vector6d passed = b_[i];
-    for (int k = 0; k < n; ++k) passed += a.G.col(k) * y(k);
-    b_[body.parent] += ShiftWrench(kinematics_[i].X_PB, passed);
+    if (i == root_[i]) continue;
+    Vector6d& b = b_[body.parent];
+    b += b_[i];
+    for (int k = 0; k < dof_[i]; ++k) b += a.G.col(k) * y(k);
   }
   for (int i = 0; i < count; ++i) {
     if (!dynamic_[i]) continue;
     const TreeBody& body = tree_->bodies()[i];
     const Articulated& a = articulated_[i];
-    const int n = CountDof(body.joint);
-    z_[i].setZero();
-    if (body.parent >= 0 && dynamic_[body.parent]) {
-      z_[i] = CarryPerturbation(i, z_[body.parent]);
-      for (int k = 0; k < n; ++k) (*x)(body.v_start + k) -= a.N.row(k).dot(z_[body.parent]);
+    if (i == root_[i]) {
+      z_[i].setZero();
+    } else {
+      z_[i] = z_[body.parent];
+      for (int k = 0; k < dof_[i]; ++k) (*x)(body.v_start + k) -= a.N.row(k).dot(z_[body.parent]);
     }
-    for (int k = 0; k < n; ++k) z_[i] += a.U.col(k) * (*x)(body.v_start + k);
+    for (int k = 0; k < dof_[i]; ++k) z_[i] += a.U.col(k) * (*x)(body.v_start + k);
   }
 }
 
@@ -153,30 +163,29 @@ void Dynamics::SolveTreeTransposed(const VectorXd& rhs, VectorXd* x) {
     if (!dynamic_[i]) continue;
     const TreeBody& body = tree_->bodies()[i];
     const Articulated& a = articulated_[i];
-    const int n = CountDof(body.joint);
     // x holds the cotangent of y until the second pass.
-    for (int k = 0; k < n; ++k) (*x)(body.v_start + k) = rhs(body.v_start + k) + a.U.col(k).dot(z_[i]);
-    if (body.parent < 0 || !dynamic_[body.parent]) continue;
-    PullBackPerturbation(i, z_[i], &z_[body.parent]);
-    for (int k = 0; k < n; ++k) z_[body.parent] -= a.N.row(k).transpose() * (*x)(body.v_start + k);
+    for (int k = 0; k < dof_[i]; ++k) (*x)(body.v_start + k) = rhs(body.v_start + k) + a.U.col(k).dot(z_[i]);
+    if (i == root_[i]) continue;
+    Vector18d& z = z_[body.parent];
+    z += z_[i];
+    for (int k = 0; k < dof_[i]; ++k) z -= a.N.row(k).transpose() * (*x)(body.v_start + k);
   }
   for (int i = 0; i < count; ++i) {
     if (!dynamic_[i]) continue;
     const TreeBody& body = tree_->bodies()[i];
     const Articulated& a = articulated_[i];
-    const int n = CountDof(body.joint);
     b_[i].setZero();
+    if (i != root_[i]) b_[i] = b_[body.parent];
+    if (dof_[i] == 0) continue;
     Vector3d bar_y = Vector3d::Zero();
-    for (int k = 0; k < n; ++k) bar_y(k) = (*x)(body.v_start + k);
-    if (body.parent >= 0 && dynamic_[body.parent]) {
-      b_[i] = ShiftTwist(kinematics_[i].X_PB, b_[body.parent]);
-      for (int k = 0; k < n; ++k) bar_y(k) += a.G.col(k).dot(b_[i]);
+    for (int k = 0; k < dof_[i]; ++k) {
+      bar_y(k) = (*x)(body.v_start + k);
+      if (i != root_[i]) bar_y(k) += a.G.col(k).dot(b_[i]);
     }
-    if (n == 0) continue;
     const Vector3d bar_rhs = a.M_inverse.transpose() * bar_y;
-    for (int k = 0; k < n; ++k) {
+    for (int k = 0; k < dof_[i]; ++k) {
       (*x)(body.v_start + k) = bar_rhs(k);
-      b_[i] -= S_[i].col(k) * bar_rhs(k);
+      b_[i] -= a.S.col(k) * bar_rhs(k);
     }
   }
 }
@@ -216,7 +225,10 @@ void Dynamics::CalcCoupling() {
   for (std::size_t slot = 0; slot < coupled_.size(); ++slot) coupling_s_[slot].setZero();
   for (const CrossWrench& c : cross_) {
     if (!dynamic_[c.body] || !dynamic_[c.other]) continue;
-    coupling_s_[slot_[c.body]] += c.dF_deta * z_[c.other].head<6>() + c.dF_dV * z_[c.other].segment<6>(6);
+    const Pose& X_RO = articulated_[c.other].X_RB;
+    const Vector6d F = c.dF_deta * ShiftTwist(X_RO, z_[c.other].head<6>()) +
+                       c.dF_dV * ShiftTwist(X_RO, z_[c.other].segment<6>(6));
+    coupling_s_[slot_[c.body]] += ShiftWrench(articulated_[c.body].X_RB, F);
   }
 }
 
@@ -240,9 +252,10 @@ void Dynamics::SolveTransposed(const VectorXd& rhs, VectorXd* x) {
   for (Vector18d& z : z_) z.setZero();
   for (const CrossWrench& c : cross_) {
     if (!dynamic_[c.body] || !dynamic_[c.other]) continue;
-    const Vector6d& t = coupling_s_[slot_[c.body]];
-    z_[c.other].head<6>() += c.dF_deta.transpose() * t;
-    z_[c.other].segment<6>(6) += c.dF_dV.transpose() * t;
+    const Vector6d t = ShiftTwist(articulated_[c.body].X_RB, coupling_s_[slot_[c.body]]);
+    const Pose& X_RO = articulated_[c.other].X_RB;
+    z_[c.other].head<6>() += ShiftWrench(X_RO, c.dF_deta.transpose() * t);
+    z_[c.other].segment<6>(6) += ShiftWrench(X_RO, c.dF_dV.transpose() * t);
   }
   SolveTreeTransposed(rhs, x);
 }

@@ -2,8 +2,8 @@
 // its rates and u an actuator's control, the generalised force is the sum of
 //
 //   damping     −d v
-//   spring      −k (x − rest);  for a ball −k sin(angle) axis of the turn from Exp(rest): the gradient of k (1 − cos angle),
-//               smooth at every rotation, −k × the rotation vector where that is small
+//   spring      −k (x − rest);  for a ball −k sin(angle) axis of the turn from Exp(rest), the gradient of
+//               k (1 − cos angle): smooth at every rotation, −k × the rotation vector where that is small
 //   limit       −K(x − upper) D(1 + c v) + K(lower − x) D(1 − c v),   K = stiffness × ramp of given width, D = ramp of
 //               width 1: C², pushes back alone (D ≥ 0), and is undamped at its onset [Hunt & Crossley 1975]
 //   force       effort_limit u
@@ -37,8 +37,8 @@ struct JointLaw {
 
 enum class ActuatorKind { kForce, kPosition };
 
-// Acts on one degree of freedom of a body's joint. A force actuator's control lies in [−1, 1], kept there by who sets it;
-// a position actuator's is the target [rad, m], and its joint is not a ball.
+// Acts on one degree of freedom of a body's joint. A force actuator's control lies in [−1, 1], kept there by who sets
+// it; a position actuator's is the target [rad, m], and its joint is not a ball.
 struct Actuator {
   int body = 0;
   int dof = 0;  // 0 … of the joint

@@ -35,7 +35,8 @@ struct PrescribedState {
 };
 using PrescribedMotion = std::function<PrescribedState(double time)>;
 
-// Spatial inertia about Bo in B: [I, m [c]×; −m [c]×, m 1] for a centre of mass c and rotational inertia I about Bo.
+// Spatial inertia about Bo in B: [I, m [c]×; −m [c]×, m 1] for a centre of mass c = p_BoBcm_B, with the rotational
+// inertia I = I_BBcm_B − m [c]×[c]× about Bo.
 Matrix6d MakeSpatialInertia(double mass, const Eigen::Vector3d& p_BoBcm_B, const Eigen::Matrix3d& I_BBcm_B);
 
 struct TreeBody {
@@ -70,7 +71,7 @@ class Tree {
   // All joints at zero, balls at the identity.
   Eigen::VectorXd MakeDefaultPositions() const;
 
-  // q ⊕ xi, per joint; tangent increments in the order of v.
+  // q ⊕ xi, per joint; tangent increments in the order of v. `result` may be &q.
   void AddIncrement(const Eigen::VectorXd& q, const Eigen::VectorXd& xi, Eigen::VectorXd* result) const;
 
   // Whether the body's pose depends on any joint coordinate (fixed and prescribed chains do not).

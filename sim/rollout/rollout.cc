@@ -58,6 +58,11 @@ RolloutModel::RolloutModel(const std::map<std::string, std::string>& files) : sc
   if (scene_.design) {
     design_ = MakeCageDesign(*scene_.design, files);
     sampling_ = MakeSampling(scene_, design_->initial_mesh());
+    parameter_ranges_.resize(num_parameters());
+    for (int i = 0; i < num_parameters(); ++i) {
+      const DesignParameter& parameter = scene_.design->parameters[static_cast<std::size_t>(i)];
+      parameter_ranges_(i) = parameter.upper - parameter.lower;
+    }
   }
   // Whatever this simulator cannot do shows now, not in the first rollout.
   ContactModel(BuildModel(scene_, design_ ? GetMesh(design_->initial_theta()) : nullptr).contacts);
@@ -174,13 +179,15 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
     out.gradient = VectorXd::Zero(d);
     if (!cotangents.empty()) {
       const TrajectoryGradient gradient = SweepAdjoint(*s.trajectory, cotangents, s.dynamics.get(), s.contacts.get());
-      out.amplification = gradient.amplification;
-      out.smooth = gradient.amplification <= kLargestSmoothAmplification;
+      out.loss_rounding = gradient.loss_rounding;
       out.certificate.finite = out.certificate.finite && gradient.finite;
       out.certificate.converged = out.certificate.converged && gradient.solvable;
       for (const Eigen::Matrix3Xd& vertices : gradient.vertices) {
         if (vertices.cols() > 0) out.gradient += design_->PullBack(vertices);
       }
+      // A gradient of zero is one that nothing contests: what the tool never touched.
+      const double g = (out.gradient.array() * parameter_ranges_.array()).abs().maxCoeff();
+      out.smooth = g == 0.0 || out.loss_rounding <= kLargestSmoothRounding * g;
     }
   }
   gradient_s = clock ? clock() - middle : 0.0;

@@ -20,9 +20,10 @@
 
 namespace knap {
 
-// Beyond this the outcome hangs on a bounce or an edge: the gradient is still that of the discrete trajectory, but
-// it describes steps so small that neither differences nor an optimizer can use it. See docs/method.md.
-inline constexpr double kLargestSmoothAmplification = 1000.0;
+// A gradient counts as smooth while rounding moves the loss by no more than this times ‖g‖∞ (g in range-normalised
+// parameters): then steps of 1e-7 of a range and more still show it to five digits. Beyond, the outcome hangs on so
+// many bounces that neither differences nor an optimizer could tell this gradient from another. See docs/method.md.
+inline constexpr double kLargestSmoothRounding = 5e-12;
 
 struct RolloutInput {
   Eigen::VectorXd theta;            // d
@@ -36,8 +37,8 @@ struct RolloutOutput {
   bool success = false;
   Eigen::VectorXd gradient;  // d, or empty
   SimulationCertificate certificate;
-  double amplification = 0.0;  // of the adjoint (adjoint.h); 0 without a gradient
-  bool smooth = true;          // amplification ≤ kLargestSmoothAmplification
+  double loss_rounding = 0.0;  // what rounding does to the loss, estimated (adjoint.h); 0 without a gradient
+  bool smooth = true;          // loss_rounding ≤ kLargestSmoothRounding · ‖g‖∞
   int steps = 0;       // whole steps simulated
 };
 
@@ -83,6 +84,7 @@ class RolloutModel {
   Scene scene_;
   std::optional<CageDesign> design_;
   std::shared_ptr<const SurfaceSampling> sampling_;  // of the designed mesh
+  Eigen::VectorXd parameter_ranges_;  // upper − lower
   std::list<std::pair<Eigen::VectorXd, std::shared_ptr<const ContactMesh>>> meshes_;
   std::list<Reference> references_;
 };

@@ -1,14 +1,15 @@
 #!/usr/bin/env bash
-# tests/cluster/external_workers.sh KNAP KNAP_WORKER CONFIG
+# tests/cluster/external_workers.sh KNAP KNAP_WORKER CONFIG [KNAP_RELAY]
 #
 # Three workers started by hand, `knap learn --external`, one worker killed for good while it learns: the learned theta
-# has the same bits as that of one local worker.
+# has the same bits as that of one local worker. With KNAP_RELAY they talk over tcpq:// through it, and it too is killed
+# and started again in the middle.
 set -euo pipefail
-knap=$1 knap_worker=$2 config=$3
+knap=$1 knap_worker=$2 config=$3 knap_relay=${4-}
 folder=$(mktemp -d)
-workers=()
+children=()
 finish() {
-  for worker in "${workers[@]}"; do kill "$worker" 2>/dev/null || true; done
+  for child in "${children[@]}"; do kill -9 "$child" 2>/dev/null || true; done
   wait 2>/dev/null || true
   rm -rf -- "$folder"
 }
@@ -17,23 +18,39 @@ cd -- "$folder"
 
 overrides=("rollout.horizon=2 s" "rollout.step=2 ms" learning.variations=8 learning.batch=4
   learning.max_evaluations=4 evaluation.variations=6)
-url="udpm://239.255.76.67:$((20000 + $$ % 12000))?ttl=0"
+port=$((20000 + $$ % 12000))
+if [[ $knap_relay ]]; then
+  url="tcpq://127.0.0.1:$port"
+  "$knap_relay" --port "$port" &
+  relay=$!
+  children+=("$relay")
+else
+  url="udpm://239.255.76.67:$port?ttl=0"
+fi
 (umask 077 && head -c 32 /dev/urandom >key)
 for name in first second mortal; do
   "$knap_worker" --lcm-url "$url" --key key --name "$name" &
-  workers+=($!)
+  children+=($!)
 done
+mortal=$!
 
 "$knap" learn "$config" "${overrides[@]}" --out reference --workers 1 --quiet
 
 "$knap" learn "$config" "${overrides[@]}" --out external --external --lcm-url "$url" --key key --quiet &
 learning=$!
+children+=("$learning")
 # Killed as soon as it has answered something.
 until grep -q ,mortal, external/rollouts.csv 2>/dev/null; do
   kill -0 "$learning" || { echo "the run ended before the worker 'mortal' answered"; exit 1; }
   sleep 0.02
 done
-kill -9 "${workers[2]}"
+kill -9 "$mortal"
+if [[ $knap_relay ]]; then
+  kill -9 "$relay"
+  wait "$relay" || true
+  "$knap_relay" --port "$port" &
+  children+=($!)
+fi
 wait "$learning"
 
 # theta.learned is the one list in result.json with this name.

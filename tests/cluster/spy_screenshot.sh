@@ -89,7 +89,7 @@ for row in {0..13}; do
   done
   [[ -n $fresh ]] || break
   window=${fresh%% *}
-  # Probes of the network are bytes of no type: there is nothing to see in their windows.
+  # Probes of the network: their row tells all, and the room is for the others.
   case ${fresh#* } in
     KNAP_PREFLIGHT | LCM_SELF_TEST)
       xdotool windowclose "$window"

@@ -104,6 +104,9 @@ MinimizerProblem MakeProblem(const BoxProblem& box) {
   return problem;
 }
 
+// The first of the published problems.
+MinimizerProblem MakeRosenbrockProblem() { return MakeProblem(MakePublishedProblems().front()); }
+
 MinimizerOptions MakeTightOptions(const std::string& algorithm = "LD_LBFGS") {
   return {.algorithm = algorithm, .max_evaluations = 2000, .value_tolerance = 0.0, .step_tolerance = 0.0};
 }
@@ -195,11 +198,7 @@ TEST(BoundedMinimizerTest, MaxEvaluationsIsExact) {
       ++calls;
       return CalcRosenbrock(x);
     };
-    MinimizerProblem problem{.lower = {-2, -2},
-                             .upper = {2, 2},
-                             .scale = {4, 4},
-                             .start = {-1.2, 1.0},
-                             .start_value = CalcRosenbrock({-1.2, 1.0})};
+    const MinimizerProblem problem = MakeRosenbrockProblem();
     MinimizerOptions options = MakeTightOptions();
     options.max_evaluations = limit;
     const MinimizerResult result = Minimize(f, problem, options);
@@ -222,11 +221,7 @@ TEST(BoundedMinimizerTest, ExceptionsOfTheObjectiveComeOutUnchanged) {
       if (++calls == 3) throw OutOfWorkers("no workers");
       return CalcRosenbrock(x);
     };
-    MinimizerProblem problem{.lower = {-2, -2},
-                             .upper = {2, 2},
-                             .scale = {4, 4},
-                             .start = {-1.2, 1.0},
-                             .start_value = CalcRosenbrock({-1.2, 1.0})};
+    const MinimizerProblem problem = MakeRosenbrockProblem();
     EXPECT_THROW(Minimize(f, problem, MakeTightOptions(algorithm)), OutOfWorkers) << algorithm;
     EXPECT_EQ(calls, 3) << algorithm;  // none after the exception
   }
@@ -288,11 +283,7 @@ TEST(BoundedMinimizerTest, BlockedOrFlatStartsConvergeAtOnce) {
 }
 
 TEST(BoundedMinimizerTest, TolerancesEndTheSearch) {
-  MinimizerProblem problem{.lower = {-2, -2},
-                           .upper = {2, 2},
-                           .scale = {4, 4},
-                           .start = {-1.2, 1.0},
-                           .start_value = CalcRosenbrock({-1.2, 1.0})};
+  const MinimizerProblem problem = MakeRosenbrockProblem();
   const int tight = Minimize(CalcRosenbrock, problem, MakeTightOptions()).evaluations;
   MinimizerOptions loose = MakeTightOptions();
   loose.value_tolerance = 0.5;

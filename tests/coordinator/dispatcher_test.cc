@@ -9,6 +9,7 @@
 
 #include "lcmtypes/wire/sender.h"
 #include "tests/coordinator/simulated_cluster.h"
+#include "tests/support/catch_line.h"
 
 namespace knap {
 namespace {
@@ -27,15 +28,6 @@ void ExpectRight(SimulatedCluster* cluster, const std::vector<RolloutQuery>& que
     EXPECT_EQ(outcomes[i].certificate.finite, true) << i;
     EXPECT_EQ(outcomes[i].certificate.worst_residual, expected[i].worst_residual) << i;
   }
-}
-
-std::string CatchLine(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const std::exception& e) {
-    return e.what();
-  }
-  return "nothing was thrown";
 }
 
 TEST(DispatcherTest, KeepsAllWorkersBusy) {

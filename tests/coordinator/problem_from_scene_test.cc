@@ -18,7 +18,7 @@ TEST(ProblemFromSceneTest, ParametersAndVariationsAreTheScenes) {
   const Problem problem = MakeProblem(LoadPushing());
   ASSERT_EQ(problem.parameters.names.size(), 7u);
   EXPECT_EQ(problem.parameters.names[3], "left_depth");
-  EXPECT_EQ(problem.parameters.lower[3], 0.0);
+  EXPECT_EQ(problem.parameters.lower[3], -0.015);
   EXPECT_EQ(problem.parameters.upper[3], 0.04);
   EXPECT_EQ(problem.parameters.initial[0], 0.044);
   ASSERT_EQ(problem.variations.size(), 2u);

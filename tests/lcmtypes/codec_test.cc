@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "knap/preflight_t.hpp"
 #include "lcmtypes/wire/content_id.h"
 
 namespace knap {
@@ -204,14 +205,15 @@ TEST(CodecTest, OwnMessagesBeyondTheLimitsAreDefects) {
 TEST(MessageTypesTest, FingerprintsDiffer) {
   const std::set<std::int64_t> fingerprints = {rollout_request_t::getHash(), rollout_result_t::getHash(),
                                                worker_status_t::getHash(),   run_status_t::getHash(),
-                                               scenario_t::getHash(),        control_t::getHash()};
-  EXPECT_EQ(fingerprints.size(), 6u);
+                                               scenario_t::getHash(),        control_t::getHash(),
+                                               preflight_t::getHash()};
+  EXPECT_EQ(fingerprints.size(), 7u);
 }
 
 // lcm-gen takes any unknown word for a message type and includes a header for it, with exit code 0.
 TEST(MessageTypesTest, NoUnknownTypeSlippedIn) {
-  for (const std::string name :
-       {"control_t", "rollout_request_t", "rollout_result_t", "run_status_t", "scenario_t", "worker_status_t"}) {
+  for (const std::string name : {"control_t", "preflight_t", "rollout_request_t", "rollout_result_t", "run_status_t",
+                                 "scenario_t", "worker_status_t"}) {
     std::ifstream file(std::string(KNAP_GENERATED_MESSAGES) + "/knap/" + name + ".hpp");
     ASSERT_TRUE(file) << name;
     std::stringstream text;

@@ -15,7 +15,9 @@
 #include <string>
 #include <thread>
 
+#include "knap/preflight_t.hpp"
 #include "lcmtypes/wire/multicast.h"
+#include "tests/support/catch_line.h"
 
 namespace knap {
 namespace {
@@ -25,15 +27,6 @@ using ::testing::HasSubstr;
 constexpr std::int64_t kSecond = 1'000'000;
 
 std::vector<std::uint8_t> MakeBytes(const std::string& text) { return {text.begin(), text.end()}; }
-
-std::string CatchLine(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const std::exception& e) {
-    return e.what();
-  }
-  return "nothing was thrown";
-}
 
 // Sends bare datagrams to a bus, as a stranger or a broken program would.
 class RawSender {
@@ -192,6 +185,20 @@ TEST(MulticastTest, ChoosesFlagThenEnvironmentThenFallback) {
   EXPECT_EQ(ChooseLcmUrl("flag", "fallback"), "flag");
   EXPECT_EQ(ChooseLcmUrl("", "fallback"), "environment");
   unsetenv("LCM_DEFAULT_URL");
+}
+
+// lcm-spy and every other listener can decode what the check sends.
+TEST(MulticastTest, CheckSendsATypedMessage) {
+  const std::string url = MakeFreeLcmUrl();
+  const SteadyClock clock;
+  LcmTransport listener(url, {kPreflightChannel}, &clock);
+  CheckMulticast(ParseUdpmUrl(url));
+  const auto message = listener.Receive(kSecond);
+  ASSERT_TRUE(message.has_value());
+  preflight_t preflight{};
+  const int size = static_cast<int>(message->bytes.size());
+  EXPECT_EQ(preflight.decode(message->bytes.data(), 0, size), size);
+  EXPECT_NE(preflight.nonce, 0);
 }
 
 // A network namespace of one's own has no route for multicast, and a loopback that is down.

@@ -84,7 +84,7 @@ TEST_F(PushingConfig, StartsInTheSquareAndAimsAtTheOpening) {
   const Opening& loss = std::get<CrossingLoss>(scene_.loss.task.at(0)).opening;
   const Opening& success = std::get<CrossesOpening>(*scene_.success).opening;
   EXPECT_EQ(loss.at, success.at);
-  EXPECT_EQ(loss.opening_half_width, 0.004);  // the loss aims inside the opening
+  EXPECT_EQ(loss.opening_half_width, 0.002);  // the loss aims inside the opening
   EXPECT_EQ(success.opening_half_width, 0.008);
 }
 

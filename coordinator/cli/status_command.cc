@@ -1,0 +1,138 @@
+#include "coordinator/cli/status_command.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "coordinator/cli/exit_codes.h"
+#include "coordinator/cli/loaded_run.h"
+#include "coordinator/cli/run_lives.h"
+#include "coordinator/cli/stop_signal.h"
+#include "coordinator/progress/progress.h"
+#include "coordinator/run_directory/result_document.h"
+#include "coordinator/watch/cluster_view.h"
+#include "coordinator/watch/status_text.h"
+#include "lcmtypes/wire/clock.h"
+#include "lcmtypes/wire/multicast.h"
+#include "lcmtypes/wire/open_transport.h"
+
+namespace knap {
+namespace {
+
+constexpr const char* kLatestRun = "runs/latest";
+constexpr std::int64_t kRedrawUs = 500'000;
+constexpr std::int64_t kSettleUs = 1'200'000;  // after the first word: every worker and run speaks at least twice
+
+struct StatusArguments {
+  std::string run, lcm_url, key_file;
+  double wait_s = 3.0;
+  bool json = false;
+};
+
+struct Bus {
+  std::string url;
+  RunKey key;
+};
+
+// A run's folder tells address and key; flags go before it.
+Bus ChooseBus(const StatusArguments& arguments) {
+  Bus bus{arguments.lcm_url, {}};
+  std::string key_file = arguments.key_file;
+  std::string run = arguments.run;
+  if (run.empty() && bus.url.empty() && std::filesystem::exists(kLatestRun)) run = kLatestRun;
+  if (!run.empty()) {
+    const RunLife life = ReadLives(OpenRun(run)).back();
+    if (bus.url.empty()) bus.url = life.lcm_url;
+    if (key_file.empty()) key_file = life.key_file;
+  }
+  bus.url = ChooseLcmUrl(bus.url, kDefaultLcmUrl);
+  if (!key_file.empty()) bus.key = RunKey::ReadFile(key_file);
+  return bus;
+}
+
+bool HasSomebody(const ClusterView& view) { return !view.runs().empty() || !view.workers().empty(); }
+
+bool AllRunsAreDone(const ClusterView& view) {
+  return !view.runs().empty() && std::all_of(view.runs().begin(), view.runs().end(), [](const auto& entry) {
+    return entry.second.status.state == run_status_t::kDone;
+  });
+}
+
+void ListenUntil(std::int64_t until_us, Transport* transport, const Clock& clock, ClusterView* view) {
+  const std::atomic<bool>& stop = CatchStopSignals();
+  while (!stop && clock.now_us() < until_us) {
+    const std::optional<Message> message =
+        transport->Receive(std::clamp<std::int64_t>(until_us - clock.now_us(), 0, 100'000));
+    if (message) view->Handle(*message);
+  }
+}
+
+// A table that is drawn anew in its place until every run is done or Ctrl-C.
+void Watch(Transport* transport, const Clock& clock, ClusterView* view) {
+  const std::atomic<bool>& stop = CatchStopSignals();
+  std::size_t drawn_lines = 0;
+  while (!stop) {
+    const TerminalTraits traits = DetectTerminal(STDOUT_FILENO);  // the window may change
+    const std::string text = FormatStatus(*view, clock.now_us(), traits.width, traits.colour);
+    if (drawn_lines > 0) fmt::print("\x1b[{}A\x1b[J", drawn_lines);
+    fmt::print("{}", text);
+    std::fflush(stdout);
+    drawn_lines = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+    if (AllRunsAreDone(*view)) return;
+    ListenUntil(clock.now_us() + kRedrawUs, transport, clock, view);
+    view->Forget(clock.now_us());
+  }
+}
+
+int RunStatus(const StatusArguments& arguments) {
+  const Bus bus = ChooseBus(arguments);
+  const SteadyClock clock;
+  const std::unique_ptr<Transport> transport = OpenTransport(bus.url, ClusterView::ListChannels(), &clock);
+  ClusterView view(bus.key);
+  const std::atomic<bool>& stop = CatchStopSignals();
+  const std::int64_t give_up_us = clock.now_us() + static_cast<std::int64_t>(arguments.wait_s * 1e6);
+  while (!HasSomebody(view) && clock.now_us() < give_up_us && !stop) {
+    ListenUntil(std::min(give_up_us, clock.now_us() + 50'000), transport.get(), clock, &view);
+  }
+  if (!HasSomebody(view)) {
+    throw std::runtime_error(fmt::format(
+        "nobody is heard at {} within {} s{}", bus.url, arguments.wait_s,
+        view.refusals().total() > 0 ? fmt::format(" ({} messages have another key)", view.refusals().total()) : ""));
+  }
+  const bool live = !arguments.json && DetectTerminal(STDOUT_FILENO).is_terminal;
+  if (live) {
+    Watch(transport.get(), clock, &view);
+    return kExitDone;
+  }
+  ListenUntil(clock.now_us() + kSettleUs, transport.get(), clock, &view);
+  if (arguments.json) {
+    fmt::print("{}\n", MakeJsonText(MakeStatusJson(view, clock.now_us(), bus.url), 2));
+  } else {
+    fmt::print("{}", FormatStatus(view, clock.now_us(), 120, false));
+  }
+  return kExitDone;
+}
+
+}  // namespace
+
+void AddStatusCommand(CLI::App* app, std::function<int()>* command) {
+  auto arguments = std::make_shared<StatusArguments>();
+  CLI::App* status = app->add_subcommand("status", "Shows coordinator, workers, rates and time left of a run");
+  status->add_option("run", arguments->run, "run directory, which tells address and key (default: runs/latest)");
+  status->add_option("--lcm-url", arguments->lcm_url,
+                     "LCM network (default: the run's; without one LCM_DEFAULT_URL, else LCM's default)");
+  status->add_option("--key", arguments->key_file, "file with the run's key (default: the run's, else a public one)");
+  status->add_option("--wait", arguments->wait_s, "seconds to wait for a first word (default: 3)")
+      ->check(CLI::Range(0.1, 1e6));
+  status->add_flag("--json", arguments->json, "one snapshot as JSON on stdout");
+  status->callback([arguments, command] { *command = [arguments] { return RunStatus(*arguments); }; });
+}
+
+}  // namespace knap

@@ -1,0 +1,164 @@
+#include "lcmtypes/wire/tcpq_relay.h"
+
+#include <arpa/inet.h>
+#include <fmt/format.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <set>
+#include <stdexcept>
+
+namespace knap {
+namespace {
+
+constexpr std::size_t kMaxClients = 16384;
+constexpr std::size_t kMaxUnsent = 4 << 20;  // [byte] a client
+constexpr std::size_t kMaxPatterns = 256;    // a client
+constexpr int kLookMs = 200;
+constexpr std::chrono::seconds kGreetingTime(5);
+
+}  // namespace
+
+struct TcpqRelay::Client {
+  explicit Client(int socket) : fd(socket), reader(kTcpqClientMagic), unsent(EncodeTcpqHello(kTcpqServerMagic)) {}
+  ~Client() { close(fd); }
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+
+  int fd;
+  TcpqReader reader;
+  std::string unsent;
+  std::set<std::string> patterns;
+  std::chrono::steady_clock::time_point accepted = std::chrono::steady_clock::now();
+};
+
+TcpqRelay::TcpqRelay(const std::string& host, int port) : listener_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  const int on = 1;
+  setsockopt(listener_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on));
+  socklen_t size = sizeof(address);
+  sockaddr* const generic = reinterpret_cast<sockaddr*>(&address);
+  std::string failure;
+  if (inet_pton(AF_INET, host.c_str(), &address.sin_addr) != 1) {
+    failure = "no IPv4 address";
+  } else if (bind(listener_, generic, size) != 0 || listen(listener_, 128) != 0 ||
+             getsockname(listener_, generic, &size) != 0) {
+    failure = std::strerror(errno);
+  }
+  if (!failure.empty()) {
+    if (listener_ >= 0) close(listener_);
+    throw std::runtime_error(fmt::format("cannot listen at {}:{}: {}", host, port, failure));
+  }
+  port_ = ntohs(address.sin_port);
+}
+
+TcpqRelay::~TcpqRelay() { close(listener_); }
+
+void TcpqRelay::Accept() {
+  const int fd = accept4(listener_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+  if (fd < 0) return;
+  if (clients_.size() >= kMaxClients) {
+    ++counters_.refused;
+    close(fd);
+    return;
+  }
+  const int on = 1;
+  setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));
+  setsockopt(fd, SOL_SOCKET, SO_KEEPALIVE, &on, sizeof(on));
+  ++counters_.clients;
+  clients_.push_back(std::make_unique<Client>(fd));
+}
+
+bool TcpqRelay::Read(Client* client) {
+  std::array<char, 65536> buffer;
+  const ssize_t size = recv(client->fd, buffer.data(), buffer.size(), 0);
+  if (size == 0) return false;
+  if (size < 0) return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
+  client->reader.Append(buffer.data(), static_cast<std::size_t>(size));
+  while (const std::optional<TcpqMessage> message = client->reader.Take()) {
+    if (message->type == TcpqType::kPublish) {
+      Relay(*message);
+    } else if (message->type == TcpqType::kUnsubscribe) {
+      client->patterns.erase(message->channel);
+    } else if (client->patterns.size() < kMaxPatterns) {
+      client->patterns.insert(message->channel);
+    }
+  }
+  if (client->reader.broken()) ++counters_.refused;
+  return !client->reader.broken();
+}
+
+void TcpqRelay::Relay(const TcpqMessage& message) {
+  ++counters_.relayed;
+  std::string bytes;  // made for the first who wants it
+  for (const auto& client : clients_) {
+    const bool wanted = std::any_of(client->patterns.begin(), client->patterns.end(), [&](const std::string& pattern) {
+      return MatchesTcpqPattern(pattern, message.channel);
+    });
+    if (!wanted) continue;
+    if (client->unsent.size() > kMaxUnsent) {
+      ++counters_.dropped;
+      continue;
+    }
+    if (bytes.empty()) {
+      bytes = EncodeTcpqMessage(TcpqType::kPublish, message.channel, message.data.data(), message.data.size());
+    }
+    client->unsent += bytes;
+    ++counters_.delivered;
+  }
+}
+
+bool TcpqRelay::Flush(Client* client) {
+  std::size_t sent = 0;
+  bool alive = true;
+  while (sent < client->unsent.size()) {
+    const ssize_t n = send(client->fd, client->unsent.data() + sent, client->unsent.size() - sent, MSG_NOSIGNAL);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) {
+      alive = errno == EAGAIN || errno == EWOULDBLOCK;
+      break;
+    }
+    sent += static_cast<std::size_t>(n);
+  }
+  client->unsent.erase(0, sent);
+  return alive;
+}
+
+void TcpqRelay::Run(const std::atomic<bool>& stop) {
+  std::vector<pollfd> waiting;
+  while (!stop) {
+    waiting.assign(1, {listener_, POLLIN, 0});
+    for (const auto& client : clients_) {
+      waiting.push_back({client->fd, static_cast<short>(client->unsent.empty() ? POLLIN : POLLIN | POLLOUT), 0});
+    }
+    if (poll(waiting.data(), waiting.size(), kLookMs) < 0 && errno != EINTR) {
+      throw std::runtime_error(fmt::format("poll: {}", std::strerror(errno)));
+    }
+    const auto now = std::chrono::steady_clock::now();
+    std::vector<bool> lost(clients_.size(), false);
+    for (std::size_t i = 0; i < lost.size(); ++i) {
+      Client* client = clients_[i].get();
+      if ((waiting[i + 1].revents & ~POLLOUT) != 0) lost[i] = !Read(client);
+      if (!client->reader.greeted() && now - client->accepted > kGreetingTime) lost[i] = true;
+    }
+    for (std::size_t i = 0; i < lost.size(); ++i) lost[i] = lost[i] || !Flush(clients_[i].get());
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < lost.size(); ++i) {
+      if (!lost[i]) clients_[kept++] = std::move(clients_[i]);
+    }
+    clients_.resize(kept);
+    if (waiting[0].revents != 0) Accept();
+  }
+}
+
+}  // namespace knap

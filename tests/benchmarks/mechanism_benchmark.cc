@@ -1,0 +1,100 @@
+// Speed of mechanisms without contact: steps a second, and what a gradient in everything costs beside them. Prints;
+// gates nothing.
+#include <benchmark/benchmark.h>
+
+#include <cmath>
+#include <ctime>
+
+#include "sim/gradient/adjoint.h"
+#include "sim/integrators/simulate.h"
+#include "tests/sim/dynamics/mechanisms.h"
+
+namespace knap {
+namespace {
+
+using Eigen::VectorXd;
+
+// Seconds of this thread on a processor: others on the machine do not count.
+double Now() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+// Runs forward and adjoint in turn and reports both against each other.
+void Measure(benchmark::State& state, const Tree& tree, const SimulationOptions& options,
+             const ControlSequence& controls) {
+  Dynamics dynamics(tree);
+  ContactModel none({});
+  Simulator simulator(&dynamics, &none);
+  // Away from every symmetry.
+  VectorXd q0 = tree.MakeDefaultPositions();
+  VectorXd start = VectorXd::Zero(tree.nv());
+  for (Eigen::Index k = 0; k < start.size(); ++k) start(k) = 0.2 * std::sin(static_cast<double>(k + 1));
+  tree.AddIncrement(tree.MakeDefaultPositions(), start, &q0);
+  const VectorXd v0 = VectorXd::Zero(tree.nv());
+  double forward = 0.0;
+  double adjoint = 0.0;
+  double steps = 0.0;
+  double newton = 0.0;
+  for (auto _ : state) {
+    const double t0 = Now();
+    const Trajectory trajectory = simulator.Run(q0, v0, options, controls);
+    const double t1 = Now();
+    if (!trajectory.certificate.converged) {
+      state.SkipWithError("a step did not converge");
+      return;
+    }
+    std::vector<StateCotangent> cotangents;
+    StateCotangent at;
+    at.body = tree.size() - 1;
+    at.p_W = Eigen::Vector3d(1.0, -2.0, 0.5);
+    for (int n = 1; n <= trajectory.whole_steps(); n += 20) {
+      at.state = trajectory.state_of_step(n);
+      cotangents.push_back(at);
+    }
+    const double t2 = Now();
+    const TrajectoryGradient gradient = SweepAdjoint(trajectory, cotangents, &dynamics, &none);
+    const double t3 = Now();
+    benchmark::DoNotOptimize(gradient.pose0.data());
+    forward += t1 - t0;
+    adjoint += t3 - t2;
+    steps += trajectory.whole_steps();
+    newton += static_cast<double>(trajectory.certificate.newton_iterations);
+  }
+  state.counters["steps_per_s"] = steps / forward;
+  state.counters["us_per_step"] = 1e6 * forward / steps;
+  state.counters["gradient_to_forward"] = adjoint / forward;
+  state.counters["newton_per_step"] = newton / steps;
+}
+
+// DiffHand's Reaching: 5 ms, controls held for 20 steps.
+void BM_Finger(benchmark::State& state) {
+  const Tree tree = test::MakeFinger();
+  SimulationOptions options;
+  options.step = 5e-3;
+  options.steps = 600;
+  options.newton_tolerance = 1e-10;
+  ControlSequence controls;
+  controls.steps_per_interval = 20;
+  controls.values.resize(tree.num_controls(), 30);
+  for (Eigen::Index i = 0; i < controls.values.size(); ++i) {
+    controls.values(i) = 0.1 * std::sin(1.7 * static_cast<double>(i));
+  }
+  Measure(state, tree, options, controls);
+}
+BENCHMARK(BM_Finger)->Unit(benchmark::kMillisecond);
+
+// Ball joints, swinging freely.
+void BM_Chain(benchmark::State& state) {
+  const Tree tree = test::MakeChain(static_cast<int>(state.range(0)), 2e-5);
+  SimulationOptions options;
+  options.step = 2e-3;
+  options.steps = 250;
+  options.newton_tolerance = 1e-10;
+  Measure(state, tree, options, {});
+}
+BENCHMARK(BM_Chain)->Arg(5)->Arg(10)->Arg(15)->Arg(20)->Arg(40)->Arg(80)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace knap

@@ -1,0 +1,171 @@
+// A worker in Java, written after docs/protocol.md alone, answers like its twin in C++, to the last bit.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "coordinator/dispatch/dispatcher.h"
+#include "lcmtypes/wire/lcm_transport.h"
+#include "lcmtypes/wire/multicast.h"
+#include "tests/cluster/child_process.h"
+#include "tests/cluster/run_files.h"
+#include "tests/coordinator/temporary_folder.h"
+#include "tests/worker/bowl_engine.h"
+
+namespace knap {
+namespace {
+
+using ::testing::Each;
+using ::testing::HasSubstr;
+
+const std::string kBin = KNAP_BIN "/";
+const std::string kClasspath = KNAP_LCM_JAR ":" KNAP_BIN "/knap_types.jar:" KNAP_BIN "/knap_java_worker.jar";
+
+class JavaWorkerTest : public ::testing::Test {
+ protected:
+  JavaWorkerTest() { RunKey(key_).WriteFile(folder_ / "key"); }
+
+  std::unique_ptr<ChildProcess> StartJava(const std::string& name, int step_us = 0) {
+    return std::make_unique<ChildProcess>(
+        KNAP_JAVA,
+        std::vector<std::string>{"-XX:TieredStopAtLevel=1", "-Xshare:auto", "-Djava.net.preferIPv4Stack=true", "-cp",
+                                 kClasspath, "knap.worker.JavaWorker", url_, folder_ / "key", name,
+                                 std::to_string(step_us)},
+        folder_ / "", name);
+  }
+
+  std::unique_ptr<ChildProcess> StartCpp(const std::string& program, const std::string& name) {
+    return std::make_unique<ChildProcess>(
+        kBin + program, std::vector<std::string>{"--lcm-url", url_, "--key", folder_ / "key", "--name", name},
+        folder_ / "", name);
+  }
+
+  // A small Pushing run of which nothing but bounds and variations matters to the engine `bowl`.
+  std::vector<std::string> MakeLearnArguments(const std::string& out, const std::string& engine,
+                                              const std::string& wait = "20") {
+    return {"learn",
+            KNAP_SOURCE_DIR "/configs/pushing.yaml",
+            "rollout.step=10 ms",
+            "learning.variations=12",
+            "learning.batch=4",
+            "evaluation.variations=20",
+            "--external",
+            "--engine",
+            engine,
+            "--lcm-url",
+            url_,
+            "--key",
+            folder_ / "key",
+            "--wait",
+            wait,
+            "--out",
+            out};
+  }
+
+  void Learn(const std::string& out) {
+    ChildProcess knap(kBin + "knap", MakeLearnArguments(out, "bowl"), folder_ / "", out + "-log");
+    ASSERT_EQ(knap.Wait(), 0) << knap.ReadErr();
+  }
+
+  const std::string url_ = MakeFreeLcmUrl();
+  const RunKey key_ = RunKey::MakeRandom();
+  TemporaryFolder folder_;
+};
+
+std::vector<double> MakeRamp(std::size_t size, double scale) {
+  std::vector<double> values(size);
+  for (std::size_t i = 0; i < size; ++i) values[i] = scale * (0.3 + static_cast<double>(i) / 7.0);
+  return values;
+}
+
+TEST_F(JavaWorkerTest, AnswersEveryKindOfRequestLikeItsTwin) {
+  SteadyClock clock;
+  LcmTransport transport(url_, Dispatcher::ListChannels(), &clock);
+  DispatchOptions options;
+  options.run_id = 99;
+  options.engine = "bowl";
+  // A scenario of 100 pieces: the worker has to fetch it in several rounds.
+  Dispatcher dispatcher(options, key_, {{"scenario.yaml", std::string(100'000, 's')}}, &transport, &clock);
+  std::set<std::string> answered_by;
+  dispatcher.set_on_result([&](const RolloutReport& report) { answered_by.insert(report.worker); });
+  const auto java = StartJava("java");
+  const auto other = StartCpp("knap-test-worker", "other-engine");
+
+  std::vector<RolloutQuery> queries;
+  for (std::size_t i = 0; i < 30; ++i) {
+    queries.push_back({MakeRamp(7, 0.001 * static_cast<double>(i)), {}, MakeRamp(2, -0.02), true});
+  }
+  queries.push_back({MakeRamp(7, 1.0), MakeRamp(7, 0.9), {}, true});      // distillation
+  queries.push_back({MakeRamp(7, 1.0), {}, {}, false});                   // loss alone
+  queries.push_back({MakeRamp(150, 1.0), {}, MakeRamp(100, 0.5), true});  // both ways in several parts
+  queries.push_back({MakeRamp(96, 1.0), MakeRamp(96, 2.0), {}, true});    // exactly whole parts
+  const std::vector<RolloutOutcome> outcomes = dispatcher.Evaluate(queries);
+
+  const auto twin = BowlEngine().Load({});
+  for (std::size_t i = 0; i < queries.size(); ++i) {
+    const RolloutQuery& q = queries[i];
+    const EngineAnswer expected =
+        twin->Run({q.theta, q.theta_reference, q.variation, q.gradient}, [](std::int64_t, std::int64_t) {});
+    EXPECT_EQ(outcomes[i].loss, expected.loss) << "query " << i;
+    EXPECT_NE(outcomes[i].loss, 0.0) << "query " << i;
+    EXPECT_EQ(outcomes[i].gradient, expected.gradient) << "query " << i;
+    EXPECT_EQ(outcomes[i].success, expected.success) << "query " << i;
+    EXPECT_EQ(outcomes[i].steps, expected.steps) << "query " << i;
+  }
+  EXPECT_EQ(answered_by, (std::set<std::string>{"java"}));  // answers of other engines are never taken
+  EXPECT_GT(dispatcher.counters().other_engine, 0);
+  EXPECT_EQ(dispatcher.counters().refused.total(), 0);
+
+  dispatcher.StopWorkers(5.0);
+  EXPECT_EQ(java->Wait(), 0) << java->ReadErr();
+}
+
+TEST_F(JavaWorkerTest, LearnsTheSameBitsAsItsTwin) {
+  {
+    const auto twin = StartCpp("knap-bowl-worker", "twin");
+    Learn("cpp");
+  }
+  {
+    const auto java = StartJava("java");
+    Learn("java");
+    java->Signal(SIGTERM);
+    EXPECT_EQ(java->Wait(), 0) << java->ReadErr();
+  }
+  ExpectSameRun(folder_ / "java", folder_ / "cpp");
+  EXPECT_THAT(ReadCsv(folder_ / "java/rollouts.csv")["worker"], Each("java"));
+  EXPECT_THAT(ReadCsv(folder_ / "cpp/rollouts.csv")["worker"], Each("twin"));
+}
+
+TEST_F(JavaWorkerTest, KilledInTheMiddleItIsReplacedByItsTwin) {
+  // 100 steps of 300 us: it is at work when it dies, and what it held goes to the twin, which starts then.
+  auto java = StartJava("java", 300);
+  ChildProcess knap(kBin + "knap", MakeLearnArguments("mixed", "bowl"), folder_ / "", "mixed-log");
+  while (!knap.HasEnded() && ReadCsv(folder_ / "mixed/rollouts.csv")["id"].size() < 5) usleep(5000);
+  java->Signal(SIGKILL);
+  const auto twin = StartCpp("knap-bowl-worker", "twin");
+  ASSERT_EQ(knap.Wait(), 0) << knap.ReadErr();
+  const std::vector<std::string> workers = ReadCsv(folder_ / "mixed/rollouts.csv")["worker"];
+  EXPECT_EQ(std::set<std::string>(workers.begin(), workers.end()), (std::set<std::string>{"java", "twin"}));
+  Learn("cpp");
+  ExpectSameRun(folder_ / "mixed", folder_ / "cpp");
+}
+
+TEST_F(JavaWorkerTest, GetsNoWorkOfAnotherEngine) {
+  const auto java = StartJava("java");
+  ChildProcess knap(kBin + "knap", MakeLearnArguments("run", "another", "2"), folder_ / "", "log");
+  EXPECT_EQ(knap.Wait(), 4) << knap.ReadErr();
+  ChildProcess own(kBin + "knap", {"learn", KNAP_SOURCE_DIR "/configs/pushing.yaml", "--engine", "bowl"}, folder_ / "",
+                   "own");
+  EXPECT_EQ(own.Wait(), 2);
+  EXPECT_THAT(own.ReadErr(), HasSubstr("--external"));
+}
+
+}  // namespace
+}  // namespace knap

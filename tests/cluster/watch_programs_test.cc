@@ -1,0 +1,160 @@
+// knap status and knap verify-log, beside a real run and with a real lcm-logger.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <functional>
+#include <lcm/lcm-cpp.hpp>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "lcmtypes/wire/multicast.h"
+#include "tests/cluster/child_process.h"
+#include "tests/cluster/run_files.h"
+#include "tests/coordinator/temporary_folder.h"
+
+namespace knap {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using Json = nlohmann::json;
+
+class WatchTest : public ::testing::Test {
+ protected:
+  struct Ended {
+    int code;
+    std::string out, err;
+  };
+
+  Ended Run(std::vector<std::string> arguments, const std::string& program = KNAP_PROGRAM) {
+    ChildProcess process(program, std::move(arguments), folder_ / "", "command");
+    const int code = process.Wait();
+    return {code, process.ReadOut(), process.ReadErr()};
+  }
+
+  std::vector<std::string> MakeArguments(const std::string& out, int variations) {
+    return {"learn",
+            KNAP_SOURCE_DIR "/configs/pushing.yaml",
+            "rollout.horizon=2 s",
+            fmt::format("learning.variations={}", variations),
+            "learning.batch=2",
+            "learning.max_evaluations=3",
+            "evaluation.variations=6",
+            "--workers",
+            "2",
+            "--lcm-url",
+            url_,
+            "--out",
+            out};
+  }
+
+  bool WaitFor(const std::function<bool()>& condition) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    while (!condition()) {
+      if (std::chrono::steady_clock::now() > end) return false;
+      usleep(10'000);
+    }
+    return true;
+  }
+
+  const std::string url_ = MakeFreeLcmUrl();
+  TemporaryFolder folder_;
+};
+
+TEST_F(WatchTest, StatusShowsARunWhileItLearnsAndItsEnd) {
+  ChildProcess knap(KNAP_PROGRAM, MakeArguments("run", 200), folder_ / "", "learn");
+  ASSERT_TRUE(WaitFor([&] { return ReadCsv(folder_ / "run/rollouts.csv")["id"].size() > 10; })) << knap.ReadErr();
+  const Ended ended = Run({"status", "run", "--json"});
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const Json status = Json::parse(ended.out);
+  ASSERT_EQ(status["runs"].size(), 1u);
+  const Json& run = status["runs"][0];
+  EXPECT_EQ(run["scenario"], "pushing");
+  EXPECT_EQ(run["state"], "learning");
+  EXPECT_EQ(run["workers"], 2);
+  EXPECT_EQ(run["theta"].size(), 7u);
+  EXPECT_GT(run["rollouts"], 10);
+  EXPECT_GT(run["rollouts_per_s"], 0.0);
+  EXPECT_GT(run["progress"], 0.0);
+  ASSERT_EQ(status["workers"].size(), 2u);
+  for (const Json& worker : status["workers"]) {
+    EXPECT_THAT(worker["name"], HasSubstr("local-"));
+    EXPECT_EQ(worker["run_id"], run["run_id"]);
+    EXPECT_GT(worker["finished"], 0);
+    EXPECT_LT(worker["age_s"], 1.5);
+  }
+
+  const Ended text = Run({"status", "--lcm-url", url_, "--key", folder_ / "run/key"});
+  EXPECT_EQ(text.code, 0) << text.err;
+  EXPECT_THAT(text.out, AllOf(HasSubstr("pushing ours  learning"), HasSubstr("local-1"), HasSubstr("local-2")));
+  const Ended stranger = Run({"status", "--lcm-url", url_, "--wait", "1"});
+  EXPECT_EQ(stranger.code, 1);
+  EXPECT_THAT(stranger.err, HasSubstr("another key"));
+
+  // On a terminal the table is drawn again and again, until Ctrl-C.
+  ChildProcess live("/usr/bin/script", {"-qec", "exec timeout -s INT 2 " KNAP_PROGRAM " status run", "/dev/null"},
+                    folder_ / "", "live");
+  live.Wait();
+  const std::string drawn = live.ReadOut();
+  EXPECT_THAT(drawn, AllOf(HasSubstr("local-1"), HasSubstr("\x1b[")));
+  EXPECT_GE(std::count(drawn.begin(), drawn.end(), '\x1b'), 4);
+
+  knap.Signal(SIGINT);
+  EXPECT_EQ(knap.Wait(), 130);
+  const Ended over = Run({"status", "run", "--wait", "1"});
+  EXPECT_EQ(over.code, 1);
+  EXPECT_THAT(over.err, HasSubstr("nobody is heard"));
+  EXPECT_EQ(Run({"status", "nowhere"}).code, 2);
+}
+
+TEST_F(WatchTest, RecordingTellsTheJournalOfItsRunAlone) {
+  ChildProcess logger("/usr/bin/lcm-logger", {"--lcm-url", url_, folder_ / "run.log"}, folder_ / "", "logger");
+  const std::string port = fmt::format(":{:04X} ", ParseUdpmUrl(url_).port);
+  ASSERT_TRUE(WaitFor([&] { return ReadText("/proc/net/udp").find(port) != std::string::npos; })) << logger.ReadErr();
+  const Ended learned = Run(MakeArguments("run", 4));
+  ASSERT_EQ(learned.code, 0) << learned.err;
+  logger.Signal(SIGINT);
+  logger.Wait();
+
+  const Ended good = Run({"verify-log", "run.log", "run"});
+  EXPECT_EQ(good.code, 0) << good.err << logger.ReadErr();
+  EXPECT_THAT(good.out, AllOf(HasSubstr("run.log tells run"), HasSubstr("0 messages damaged")));
+
+  // The same recording without one result, wherever it was repeated.
+  const std::string lost_id = ReadCsv(folder_ / "run/rollouts.csv")["id"].at(5);
+  std::string lost_bytes;
+  for (std::size_t i = 0; i < lost_id.size(); i += 2) {
+    lost_bytes.push_back(static_cast<char>(std::stoi(lost_id.substr(i, 2), nullptr, 16)));
+  }
+  {
+    lcm::LogFile whole(folder_ / "run.log", "r");
+    lcm::LogFile cut(folder_ / "cut.log", "w");
+    while (const lcm::LogEvent* event = whole.readNextEvent()) {
+      const std::string data(static_cast<const char*>(event->data), static_cast<std::size_t>(event->datalen));
+      if (event->channel == "KNAP_RESULT" && data.find(lost_bytes) != std::string::npos) continue;
+      lcm::LogEvent copy = *event;
+      cut.writeEvent(&copy);
+    }
+  }
+  const Ended cut = Run({"verify-log", "cut.log", "run"});
+  EXPECT_EQ(cut.code, 1);
+  EXPECT_THAT(cut.err, AllOf(HasSubstr("no result"), HasSubstr(lost_id)));
+
+  // Another run of the same scenario, and files that are none.
+  ASSERT_EQ(Run(MakeArguments("other", 4)).code, 0);
+  const Ended other = Run({"verify-log", "run.log", "other"});
+  EXPECT_EQ(other.code, 1);
+  EXPECT_THAT(other.err, HasSubstr("answer 1 of the journal"));
+  EXPECT_EQ(Run({"verify-log", "nowhere.log", "run"}).code, 2);
+  EXPECT_EQ(Run({"verify-log", "run/config.yaml", "run"}).code, 2);
+  EXPECT_EQ(Run({"verify-log", "run.log", "nowhere"}).code, 2);
+}
+
+}  // namespace
+}  // namespace knap

@@ -1,0 +1,206 @@
+// What bystanders make of a bus: the status of a cluster, and whether a recording tells a journal.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "coordinator/dispatch/answer_cache.h"
+#include "coordinator/watch/cluster_view.h"
+#include "coordinator/watch/run_recording.h"
+#include "coordinator/watch/status_text.h"
+#include "lcmtypes/wire/channels.h"
+
+namespace knap {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr std::int64_t kSecond = 1'000'000;
+
+template <typename T>
+Message MakeMessage(std::string_view channel, const T& message, std::int64_t arrival_us, const RunKey& key = RunKey()) {
+  return {std::string(channel), Seal(message, key), arrival_us};
+}
+
+worker_status_t MakeWorker(const std::string& name, std::int64_t instance, std::int64_t sequence,
+                           std::int64_t finished) {
+  worker_status_t status{};
+  status.sender = instance;
+  status.sequence = sequence;
+  status.run_id = 5;
+  status.state = worker_status_t::kComputing;
+  status.name = name;
+  status.host = "node";
+  status.engine = "knap";
+  status.finished = finished;
+  status.step_fraction = 0.25;
+  return status;
+}
+
+run_status_t MakeRun(std::int64_t sequence) {
+  run_status_t status{};
+  status.run_id = status.sender = 5;
+  status.sequence = sequence;
+  status.state = run_status_t::kLearning;
+  status.progress = 0.5;
+  status.eta_s = 90.0;
+  status.requests_reissued = 3;
+  status.workers = 2;
+  status.scenario = "pushing";
+  status.method = "ours";
+  return status;
+}
+
+TEST(ClusterViewTest, TellsRatesStatesAndSilence) {
+  ClusterView view{RunKey()};
+  view.Handle(MakeMessage(kRunStatusChannel, MakeRun(1), 0));
+  for (int i = 0; i <= 8; ++i) {  // 10 answers a second
+    view.Handle(MakeMessage(kWorkerStatusChannel, MakeWorker("alice", 1, 10 + i, 100 + 5 * i), i * kSecond / 2));
+  }
+  view.Handle(MakeMessage(kWorkerStatusChannel, MakeWorker("bob", 2, 1, 7), kSecond));
+  view.Handle(MakeMessage(kWorkerStatusChannel, MakeWorker("alice", 1, 12, 0), 4 * kSecond));  // overtaken: ignored
+  view.Handle(MakeMessage(kWorkerStatusChannel, MakeWorker("eve", 3, 1, 0), 4 * kSecond, RunKey::MakeRandom()));
+  ASSERT_EQ(view.workers().size(), 2u);
+  EXPECT_NEAR(view.workers().at(1).CalcRate(), 10.0, 1e-9);
+  EXPECT_EQ(view.workers().at(2).CalcRate(), 0.0);
+  EXPECT_EQ(view.refusals().corrupt, 1);
+
+  const std::string text = FormatStatus(view, 4 * kSecond, 100, false);
+  EXPECT_THAT(text, AllOf(HasSubstr("pushing ours  learning  50%  ETA 1:30"), HasSubstr("retries 3"),
+                          HasSubstr("alice"), HasSubstr("silent 3"), HasSubstr("computing"), Not(HasSubstr("\x1b"))));
+  EXPECT_THAT(FormatStatus(view, 4 * kSecond, 100, true), HasSubstr("\x1b[33mbob"));
+  std::istringstream lines(FormatStatus(view, 4 * kSecond, 30, false));
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 30u) << line;
+
+  const auto json = MakeStatusJson(view, 4 * kSecond, "udpm://");
+  EXPECT_EQ(json["runs"][0]["retries"], 3);
+  EXPECT_EQ(json["runs"][0]["state"], "learning");
+  EXPECT_EQ(json["runs"][0]["eta_s"], 90.0);
+  EXPECT_EQ(json["workers"][0]["name"], "alice");
+  EXPECT_EQ(json["workers"][0]["finished"], 140);
+  EXPECT_EQ(json["workers"][1]["age_s"], 3.0);
+  EXPECT_EQ(json["messages_refused"], 1);
+
+  worker_status_t goodbye = MakeWorker("bob", 2, 2, 7);
+  goodbye.state = worker_status_t::kStopping;
+  view.Handle(MakeMessage(kWorkerStatusChannel, goodbye, 5 * kSecond));
+  EXPECT_EQ(view.workers().count(2), 0u);
+  view.Forget(40 * kSecond);
+  EXPECT_TRUE(view.workers().empty());
+  EXPECT_THAT(FormatStatus(view, 40 * kSecond, 100, false), AllOf(HasSubstr("no run"), HasSubstr("no workers")));
+}
+
+// Three answers of a run 5 by one worker, recorded from the beginning.
+class RunRecordingTest : public ::testing::Test {
+ protected:
+  RunRecordingTest() {
+    const worker_status_t status = MakeWorker("alice", 1, 1, 0);
+    events_.push_back(MakeMessage(kWorkerStatusChannel, status, 0, key_));
+    for (int i = 0; i < 3; ++i) {
+      rollout_request_t request{};
+      request.run_id = request.sender = 5;
+      request.receiver = 1;
+      request.gradient = 1;
+      request.theta_size = 100;  // in two parts
+      request.variation_size = 1;
+      std::vector<double> values(101, 0.5 * i);
+      const ContentId id =
+          CalcRequestId({"knap", ContentId{}, std::span(values).first(100), {}, std::span(values).subspan(100), true});
+      CopyId(id, request.id);
+      ForEachPart(values, [&](std::int32_t first, std::span<const double> part) {
+        request.first_value = first;
+        request.values.assign(part.begin(), part.end());
+        events_.push_back(MakeMessage("KNAP_REQUEST_alice", request, 0, key_));
+      });
+      rollout_result_t result{};
+      result.run_id = 5;
+      result.sender = 1;
+      result.loss = 1.0 + i;
+      result.finite = result.converged = result.smooth = 1;
+      result.gradient_size = 100;
+      result.worker = "alice";
+      CopyId(id, result.id);
+      const std::vector<double> gradient(100, 0.25);
+      ForEachPart(gradient, [&](std::int32_t first, std::span<const double> part) {
+        result.first_value = first;
+        result.values.assign(part.begin(), part.end());
+        results_.push_back(events_.size());
+        events_.push_back(MakeMessage(kResultChannel, result, 0, key_));
+      });
+      journal_.emplace_back(id, MakeOutcome(result, gradient));
+    }
+  }
+
+  std::string Verify(bool finished = true) {
+    RunRecording recording(key_, {5}, journal_, finished);
+    for (std::size_t i = 0; i < events_.size(); ++i) {
+      recording.Add(static_cast<std::int64_t>(i), events_[i].channel, events_[i].bytes);
+    }
+    return recording.FindDifference().value_or("");
+  }
+
+  const RunKey key_ = RunKey::MakeRandom();
+  std::vector<Message> events_;
+  std::vector<std::size_t> results_;  // their places in events_
+  std::vector<RunRecording::Answer> journal_;
+};
+
+TEST_F(RunRecordingTest, TellsItsJournalEvenWithRepeats) {
+  EXPECT_EQ(Verify(), "");
+  const std::vector<Message> once = events_;
+  events_.insert(events_.end(), once.begin(), once.end());
+  EXPECT_EQ(Verify(), "");
+}
+
+TEST_F(RunRecordingTest, OtherBitsAreNamed) {
+  journal_[1].second.loss = std::nextafter(2.0, 3.0);
+  EXPECT_THAT(Verify(), AllOf(HasSubstr("event 7"), HasSubstr(FormatHex(journal_[1].first)),
+                              HasSubstr("loss is 0x1p+1 "
+                                        "instead of")));
+  journal_[1].second.loss = 2.0;
+  journal_[2].second.gradient[99] = -0.25;
+  EXPECT_THAT(Verify(), AllOf(HasSubstr("event 12"), HasSubstr("gradient[99]")));
+}
+
+TEST_F(RunRecordingTest, DamagedAndMissingMessagesAreNamed) {
+  const std::vector<Message> whole = events_;
+  events_[results_[3]].bytes[100] ^= 1;  // half of the second answer is gone
+  EXPECT_THAT(Verify(), AllOf(HasSubstr("answer 2"), HasSubstr("no result")));
+  events_ = whole;
+  events_.erase(events_.begin() + 1);
+  EXPECT_THAT(Verify(), AllOf(HasSubstr("answer 1"), HasSubstr("is not in the recording")));
+  events_ = whole;
+  events_.erase(events_.begin());
+  EXPECT_THAT(Verify(), HasSubstr("no status"));
+}
+
+TEST_F(RunRecordingTest, RequestsThatAreNotWhatTheirIdSaysAreNamed) {
+  auto request = Open<rollout_request_t>(events_[2].bytes.data(), events_[2].bytes.size(), key_, nullptr);
+  ASSERT_TRUE(request.has_value());
+  request->values.back() += 1.0;
+  events_[2].bytes = Seal(*request, key_);
+  EXPECT_THAT(Verify(), AllOf(HasSubstr("event 2"), HasSubstr("asks what would be request")));
+}
+
+TEST_F(RunRecordingTest, AnswersBeyondTheJournalOfAFinishedRunAreNamed) {
+  journal_.pop_back();
+  EXPECT_THAT(Verify(true), HasSubstr("of which the journal knows nothing"));
+  EXPECT_EQ(Verify(false), "");  // it may just not have been written yet
+}
+
+TEST_F(RunRecordingTest, AnotherKeyOrRunTellsNothing) {
+  RunRecording stranger(RunKey(), {5}, journal_, true);
+  RunRecording other(key_, {6}, journal_, true);
+  for (const Message& event : events_) {
+    stranger.Add(0, event.channel, event.bytes);
+    other.Add(0, event.channel, event.bytes);
+  }
+  EXPECT_THAT(stranger.FindDifference().value_or(""), HasSubstr("answer 1"));
+  EXPECT_EQ(stranger.counters().refused.corrupt, static_cast<std::int64_t>(events_.size()));
+  EXPECT_THAT(other.FindDifference().value_or(""), HasSubstr("answer 1"));
+}
+
+}  // namespace
+}  // namespace knap

@@ -1,0 +1,308 @@
+// tcpq://: the protocol's bytes, and transports that talk through a relay, ours or LCM's.
+#include <arpa/inet.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <signal.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include "lcmtypes/wire/open_transport.h"
+#include "lcmtypes/wire/tcpq_relay.h"
+#include "lcmtypes/wire/tcpq_transport.h"
+
+namespace knap {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr std::int64_t kSecond = 1'000'000;
+
+std::vector<std::uint8_t> MakeBytes(const std::string& text) { return {text.begin(), text.end()}; }
+
+std::string EncodePublish(const std::string& channel, const std::string& data) {
+  return EncodeTcpqMessage(TcpqType::kPublish, channel, reinterpret_cast<const std::uint8_t*>(data.data()),
+                           data.size());
+}
+
+TEST(TcpqStreamTest, MessagesComeBackHoweverTheStreamIsCut) {
+  const std::string stream = EncodeTcpqHello(kTcpqClientMagic) +
+                             EncodeTcpqMessage(TcpqType::kSubscribe, "KNAP_.*", nullptr, 0) +
+                             EncodePublish("A", "data") + EncodePublish("", "") +
+                             EncodeTcpqMessage(TcpqType::kUnsubscribe, "KNAP_.*", nullptr, 0);
+  for (std::size_t cut = 1; cut <= stream.size(); ++cut) {
+    TcpqReader reader(kTcpqClientMagic);
+    std::vector<TcpqMessage> messages;
+    for (std::size_t i = 0; i < stream.size(); i += cut) {
+      reader.Append(stream.data() + i, std::min(cut, stream.size() - i));
+      while (auto message = reader.Take()) messages.push_back(*message);
+    }
+    ASSERT_EQ(messages.size(), 4u) << cut;
+    EXPECT_EQ(messages[0].type, TcpqType::kSubscribe);
+    EXPECT_EQ(messages[0].channel, "KNAP_.*");
+    EXPECT_EQ(messages[1].channel, "A");
+    EXPECT_EQ(messages[1].data, MakeBytes("data"));
+    EXPECT_EQ(messages[3].type, TcpqType::kUnsubscribe);
+    EXPECT_FALSE(reader.broken());
+  }
+}
+
+TEST(TcpqStreamTest, BrokenStreamsAreGivenUpAtOnce) {
+  const std::string hello = EncodeTcpqHello(kTcpqClientMagic);
+  const std::string zero(3, '\0');
+  const std::string huge = "\x7f\xff\xff\xff";
+  for (const std::string& stream : {
+           EncodeTcpqHello(kTcpqServerMagic),               // not what a client says
+           hello + zero + '\7' + zero + '\1',               // a type that does not exist
+           hello + zero + '\1' + huge,                      // a channel of 2 GB
+           hello + zero + '\1' + std::string(4, '\xff'),    // one whose length is -1
+           hello + zero + '\1' + zero + '\1' + "A" + huge,  // data of 2 GB
+       }) {
+    TcpqReader reader(kTcpqClientMagic);
+    reader.Append(stream.data(), stream.size());
+    EXPECT_FALSE(reader.Take().has_value());
+    EXPECT_TRUE(reader.broken());
+  }
+}
+
+TEST(TcpqStreamTest, PatternsAreNamesAndPrefixes) {
+  EXPECT_TRUE(MatchesTcpqPattern("KNAP_A", "KNAP_A"));
+  EXPECT_FALSE(MatchesTcpqPattern("KNAP_A", "KNAP_AB"));
+  EXPECT_TRUE(MatchesTcpqPattern("KNAP_.*", "KNAP_AB"));
+  EXPECT_FALSE(MatchesTcpqPattern("KNAP_.*", "KNA"));
+  EXPECT_TRUE(MatchesTcpqPattern(".*", ""));
+  EXPECT_FALSE(MatchesTcpqPattern("(a+)+", "aaaa"));
+}
+
+TEST(TcpqStreamTest, UrlsAreParsed) {
+  EXPECT_EQ(ParseTcpqUrl("tcpq://").host, "127.0.0.1");
+  EXPECT_EQ(ParseTcpqUrl("tcpq://").port, 7700);
+  EXPECT_EQ(ParseTcpqUrl("tcpq://node-1.lab:1234").host, "node-1.lab");
+  EXPECT_EQ(ParseTcpqUrl("tcpq://:1234").port, 1234);
+  for (const char* url : {"tcpq://a:0", "tcpq://a:70000", "tcpq://a:", "tcpq://a b", "tcpq://a:1x", "udpm://"}) {
+    EXPECT_THROW(ParseTcpqUrl(url), std::invalid_argument) << url;
+  }
+  const SteadyClock clock;
+  EXPECT_THROW(OpenTransport("memq://", {}, &clock), std::invalid_argument);
+}
+
+// A relay in a thread.
+class RunningRelay {
+ public:
+  explicit RunningRelay(int port = 0) : relay_("127.0.0.1", port), thread_([this] { relay_.Run(stop_); }) {}
+  ~RunningRelay() { Stop(); }
+  void Stop() {
+    stop_ = true;
+    if (thread_.joinable()) thread_.join();
+  }
+  std::string url() const { return "tcpq://127.0.0.1:" + std::to_string(relay_.port()); }
+  int port() const { return relay_.port(); }
+  const TcpqRelayCounters& counters() const { return relay_.counters(); }  // after Stop
+
+ private:
+  std::atomic<bool> stop_{false};
+  TcpqRelay relay_;
+  std::thread thread_;
+};
+
+// A client that says what it likes.
+class RawClient {
+ public:
+  explicit RawClient(int port) : fd_(socket(AF_INET, SOCK_STREAM, 0)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    if (connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
+      throw std::runtime_error("connect");
+    }
+  }
+  ~RawClient() { close(fd_); }
+  void Send(const std::string& bytes) const { send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL); }
+
+ private:
+  int fd_;
+};
+
+// Publishes until the first message gets through: a subscription takes effect some time after the constructor.
+void WaitForPath(Transport* sender, Transport* receiver, const std::string& channel) {
+  for (int i = 0; i < 100; ++i) {
+    sender->Publish(channel, MakeBytes("hello?"));
+    if (receiver->Receive(100'000)) break;
+  }
+  while (receiver->Receive(100'000)) {
+  }
+}
+
+const SteadyClock kClock;
+
+TEST(TcpqTransportTest, CarriesMessagesOfItsOwnChannelsAlone) {
+  const RunningRelay relay;
+  TcpqTransport receiver(relay.url(), {"KNAP_A", "KNAP_AB"}, &kClock);
+  TcpqTransport sender(relay.url(), {}, &kClock);
+  WaitForPath(&sender, &receiver, "KNAP_A");
+  for (const char* channel : {"KNAP_A", "KNAP_ABC", "KNAP_", "KNAP_AB", "OTHER"}) {
+    sender.Publish(channel, MakeBytes(channel));
+  }
+  for (const char* channel : {"KNAP_A", "KNAP_AB"}) {
+    const auto message = receiver.Receive(kSecond);
+    ASSERT_TRUE(message.has_value());
+    EXPECT_EQ(message->channel, channel);
+    EXPECT_EQ(message->bytes, MakeBytes(channel));
+  }
+  EXPECT_FALSE(receiver.Receive(20'000).has_value());
+  sender.Publish("KNAP_A", std::vector<std::uint8_t>(1301, 1));
+  sender.Publish("KNAP_A", MakeBytes("good"));
+  const auto message = receiver.Receive(kSecond);
+  ASSERT_TRUE(message.has_value());
+  EXPECT_EQ(message->bytes, MakeBytes("good"));
+  EXPECT_EQ(receiver.counters().dropped_too_large, 1);
+}
+
+// 200 small messages to and fro. Nagle's algorithm against delayed acknowledgements costs 40 ms each way: 8 s or more.
+void ExpectQuickRoundTrips(const std::string& url) {
+  TcpqTransport a(url, {"TO_A"}, &kClock);
+  TcpqTransport b(url, {"TO_B"}, &kClock);
+  WaitForPath(&a, &b, "TO_B");
+  WaitForPath(&b, &a, "TO_A");
+  std::atomic<bool> stop{false};
+  std::thread echo([&] {
+    while (!stop) {
+      if (const auto message = b.Receive(10'000)) b.Publish("TO_A", message->bytes);
+    }
+  });
+  const std::int64_t begin_us = kClock.now_us();
+  int answered = 0;
+  for (int i = 0; i < 200; ++i) {
+    a.Publish("TO_B", MakeBytes(std::to_string(i)));
+    const auto answer = a.Receive(kSecond);
+    answered += answer && answer->bytes == MakeBytes(std::to_string(i)) ? 1 : 0;
+  }
+  stop = true;
+  echo.join();
+  EXPECT_EQ(answered, 200);
+  EXPECT_LT(kClock.now_us() - begin_us, 4 * kSecond);
+}
+
+TEST(TcpqTransportTest, RoundTripsThroughOurRelayAreQuick) { ExpectQuickRoundTrips(RunningRelay().url()); }
+
+TEST(TcpqTransportTest, RoundTripsThroughLcmsJavaRelayAreQuick) {
+#ifndef KNAP_JAVA
+  GTEST_SKIP() << "no java or no LCM jar: LCM's own relay is not tried";
+#else
+  int port = 0;
+  {
+    const TcpqRelay free_port("127.0.0.1", 0);
+    port = free_port.port();
+  }
+  const std::string number = std::to_string(port);
+  const pid_t java = fork();
+  if (java == 0) {
+    execl(KNAP_JAVA, KNAP_JAVA, "-Djava.net.preferIPv4Stack=true", "-cp", KNAP_LCM_JAR, "lcm.lcm.TCPService",
+          number.c_str(), nullptr);
+    _exit(127);
+  }
+  const std::string url = "tcpq://127.0.0.1:" + number;
+  for (int i = 0; i < 10; ++i) {
+    try {
+      const TcpqTransport probe(url, {}, &kClock);
+      break;
+    } catch (const std::runtime_error&) {
+    }
+  }
+  ExpectQuickRoundTrips(url);
+  kill(java, SIGKILL);
+  waitpid(java, nullptr, 0);
+#endif
+}
+
+TEST(TcpqTransportTest, ComesBackWhenTheRelayDoes) {
+  auto relay = std::make_unique<RunningRelay>();
+  const int port = relay->port();
+  TcpqTransport receiver(relay->url(), {"KNAP_A"}, &kClock);
+  TcpqTransport sender(relay->url(), {}, &kClock);
+  WaitForPath(&sender, &receiver, "KNAP_A");
+  relay.reset();
+  for (int i = 0; i < 20; ++i) {  // into the void, without a signal or a wait
+    sender.Publish("KNAP_A", MakeBytes("lost"));
+    EXPECT_FALSE(receiver.Receive(5000).has_value());
+  }
+  EXPECT_GT(sender.counters().publish_failures, 0);
+  const RunningRelay next(port);
+  WaitForPath(&sender, &receiver, "KNAP_A");
+  sender.Publish("KNAP_A", MakeBytes("found"));
+  const auto message = receiver.Receive(kSecond);
+  ASSERT_TRUE(message.has_value());
+  EXPECT_EQ(message->bytes, MakeBytes("found"));
+}
+
+TEST(TcpqTransportTest, MissingRelayIsToldWithTheRemedy) {
+  int port = 0;
+  {
+    const TcpqRelay free_port("127.0.0.1", 0);
+    port = free_port.port();
+  }
+  try {
+    const TcpqTransport transport("tcpq://127.0.0.1:" + std::to_string(port), {}, &kClock);
+    FAIL() << "nothing was thrown";
+  } catch (const std::runtime_error& e) {
+    EXPECT_THAT(e.what(), AllOf(HasSubstr(std::to_string(port)), HasSubstr("knap-relay")));
+  }
+}
+
+TEST(TcpqRelayTest, ClientThatDoesNotReadHoldsUpNobody) {
+  RunningRelay relay;
+  RawClient frozen(relay.port());
+  frozen.Send(EncodeTcpqHello(kTcpqClientMagic) + EncodeTcpqMessage(TcpqType::kSubscribe, ".*", nullptr, 0));
+  TcpqTransport receiver(relay.url(), {"LAST"}, &kClock);
+  TcpqTransport sender(relay.url(), {}, &kClock);
+  WaitForPath(&sender, &receiver, "LAST");
+  const std::vector<std::uint8_t> bytes(60'000, 1);
+  for (int i = 0; i < 400; ++i) {  // 24 MB: more than the relay's and the kernel's buffers hold
+    sender.Publish("BULK", bytes);
+    while (sender.counters().publish_failures == 0 && i % 20 == 0 && !receiver.Receive(1000)) {
+      sender.Publish("LAST", MakeBytes("paced"));  // at the relay's speed
+    }
+  }
+  while (receiver.Receive(50'000)) {
+  }
+  sender.Publish("LAST", MakeBytes("end"));
+  const auto message = receiver.Receive(5 * kSecond);
+  ASSERT_TRUE(message.has_value());
+  EXPECT_EQ(message->bytes, MakeBytes("end"));
+  relay.Stop();
+  EXPECT_GT(relay.counters().dropped, 0);
+}
+
+TEST(TcpqRelayTest, StrangersBytesAreSurvived) {
+  RunningRelay relay;
+  TcpqTransport receiver(relay.url(), {"KNAP_A"}, &kClock);
+  TcpqTransport sender(relay.url(), {}, &kClock);
+  std::mt19937 random(3);
+  for (int i = 0; i < 200; ++i) {
+    std::string bytes(1 + random() % 3000, '\0');
+    for (char& c : bytes) c = static_cast<char>(random() % (i % 2 == 0 ? 256 : 4));
+    RawClient stranger(relay.port());
+    stranger.Send((i % 4 < 2 ? EncodeTcpqHello(kTcpqClientMagic) : "") + bytes);
+  }
+  WaitForPath(&sender, &receiver, "KNAP_A");
+  sender.Publish("KNAP_A", MakeBytes("alive"));
+  const auto message = receiver.Receive(5 * kSecond);
+  ASSERT_TRUE(message.has_value());
+  EXPECT_EQ(message->bytes, MakeBytes("alive"));
+  relay.Stop();
+  EXPECT_GT(relay.counters().refused, 100);
+}
+
+}  // namespace
+}  // namespace knap

@@ -1,0 +1,54 @@
+package knap.worker;
+
+import java.util.Arrays;
+import java.util.BitSet;
+import knap.rollout_request_t;
+
+/** One request, put together from its parts. */
+final class Job {
+  final byte[] id;
+  final byte[] scenario;
+  final int attempt;
+  final boolean gradient;
+  private final int thetaSize;
+  private final int referenceSize;
+  private final double[] values;
+  private final BitSet have = new BitSet();
+
+  Job(rollout_request_t head) {
+    id = head.id;
+    scenario = head.scenario;
+    attempt = head.attempt;
+    gradient = head.gradient != 0;
+    thetaSize = head.theta_size;
+    referenceSize = head.reference_size;
+    values = new double[head.theta_size + head.reference_size + head.variation_size];
+  }
+
+  /** Adds one part; one that cannot belong here is ignored. */
+  void add(rollout_request_t part) {
+    int first = part.first_value;
+    if (part.theta_size + part.reference_size + part.variation_size != values.length) return;
+    if (first % Wire.VALUES_PER_PART != 0 || first > values.length) return;
+    if (part.values.length != Math.min(Wire.VALUES_PER_PART, values.length - first)) return;
+    System.arraycopy(part.values, 0, values, first, part.values.length);
+    have.set(first / Wire.VALUES_PER_PART);
+  }
+
+  boolean isComplete() {
+    int parts = Math.max(1, (values.length + Wire.VALUES_PER_PART - 1) / Wire.VALUES_PER_PART);
+    return have.cardinality() == parts;
+  }
+
+  double[] theta() {
+    return Arrays.copyOfRange(values, 0, thetaSize);
+  }
+
+  double[] reference() {
+    return Arrays.copyOfRange(values, thetaSize, thetaSize + referenceSize);
+  }
+
+  double[] variation() {
+    return Arrays.copyOfRange(values, thetaSize + referenceSize, values.length);
+  }
+}
