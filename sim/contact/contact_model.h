@@ -10,8 +10,8 @@
 //   box against box                        E/2 on the surface points of each against the other
 //   capsule against capsule, box           its balls against the other's core, inflated by both radii, E
 //
-// The rule behind the halves: each of two surfaces carries half of the elastic foundation, with area weights of its own.
-// A refined mesh spreads its half over more samples of the same total area and leaves the features' half as it is.
+// The rule behind the halves: each of two surfaces carries half of the elastic foundation, with area weights of its
+// own. A refined mesh spreads its half over more samples of the same total area and leaves the features' half as it is.
 //
 // Between steps every point in contact keeps a bristle (contact_law.h), expressed in the frame of the surface's body.
 // Either body may move; where both do, cross() of the dynamics couples them.
@@ -56,10 +56,12 @@ class ContactModel {
   // The step that following evaluations belong to: its length and the bristles at its start.
   void BeginStep(double h, const Bristles& previous);
 
-  // Adds every contact's wrench, and its derivatives when wanted, to dynamics->external() and cross().
-  void AddWrenches(Dynamics* dynamics, ContactDerivatives derivatives);
+  // Adds every contact's wrench to dynamics->external().
+  void AddWrenches(Dynamics* dynamics);
+  // Adds the derivatives of the wrenches added last to dynamics->external() and cross().
+  void AddDerivatives(ContactDerivatives derivatives, Dynamics* dynamics);
 
-  // At the last evaluation.
+  // Of the last AddWrenches.
   const std::vector<ContactReport>& reports() const { return reports_; }
   const Bristles& bristles() const { return bristles_; }
 
@@ -71,11 +73,12 @@ class ContactModel {
   };
   Cotangents MakeCotangents(int num_bodies) const;
 
-  // Under Σ bar_bristles · bristles(), at the kinematics of the last AddWrenches: bodies, previous and vertices.
-  void PullBackBristles(const Dynamics& dynamics, const std::vector<Eigen::Vector3d>& bar_bristles, Cotangents* out);
-  // Under Σ_i bar_wrench[i] · F_i, likewise: previous and vertices (the bodies' part is in the dynamics' own pull-back).
-  void PullBackWrenches(const Dynamics& dynamics, const std::vector<Vector6d>& bar_wrench, Cotangents* out);
-  // Samples' cotangents are gathered until here, and then passed on to the vertices.
+  // The three of one step, in this order, after AddDerivatives.
+  // Under Σ bar_bristles · bristles(): bodies and previous; vertices are left to PullBackWrenches.
+  void PullBackBristles(const std::vector<Eigen::Vector3d>& bar_bristles, Cotangents* out);
+  // Under Σ_i bar_wrench[i] · F_i: previous and vertices (the bodies' part is in the dynamics' own pull-back).
+  void PullBackWrenches(const std::vector<Vector6d>& bar_wrench, Cotangents* out);
+  // Samples' cotangents are gathered over all steps, and at the end passed on to the vertices.
   void FinishVertices(Cotangents* out);
 
  private:
@@ -83,21 +86,28 @@ class ContactModel {
     Eigen::Matrix3Xd positions;
     Eigen::VectorXd areas;
   };
-  // One point in contact, evaluated.
+  // One point in contact.
   struct Touch {
-    Eigen::Vector3d c, a, u;
+    int point = 0;
+    int previous = -1;          // its bristle among those at the step's start
+    Eigen::Vector3d c, a, u, z;  // z: that bristle
     ElasticPoint elastic;
+    MeshIntegrals integrals;
     PointForce force;
     PointForceJacobian jacobian;
-    int previous = -1;  // its bristle among those at the step's start
+    ElasticCotangent bar;
   };
-  RelativeMotion CalcMotion(const Dynamics& dynamics, const PointSide& side) const;
-  // Calls visit(i, touch) for every point in contact, ascending.
-  template <class Visit>
-  void VisitTouches(int s, const RelativeMotion& motion, bool want_jacobian, const Visit& visit);
-  // One touch's cotangents: under bar_F · (wrench on B about So) + bar_bristle · bristle.
-  void PullBackTouch(int s, const RelativeMotion& motion, int i, const Touch& touch, const Vector6d& bar_F,
-                     const Eigen::Vector3d& bar_bristle, Vector6d* bar_e, Vector6d* bar_nu, Cotangents* out);
+  // The touches of one side, and what they add up to.
+  struct Patch {
+    int begin = 0;
+    int end = 0;
+    PairWrench wrench;
+  };
+  void AddSide(int s, Dynamics* dynamics);
+  bool Rolls(const PointSide& side) const;
+  // One touch's cotangents: under bar_F · (wrench on B about So) + bar_bristle · bristle. bar_e and bar_nu may be null.
+  void PullBackTouch(int s, const Vector6d& bar_F, const Eigen::Vector3d& bar_bristle, Touch* touch, Vector6d* bar_e,
+                     Vector6d* bar_nu, Cotangents* out);
 
   std::vector<ContactPair> contacts_;
   std::vector<PointSide> sides_;
@@ -107,6 +117,10 @@ class ContactModel {
   bool has_bristles_ = false;
   double h_ = 0.0;
   Bristles previous_;
+  // Of the last AddWrenches.
+  std::vector<Touch> touches_;
+  int num_touches_ = 0;  // the vector never shrinks
+  std::vector<Patch> patches_;  // of each side
   Bristles bristles_;
 };
 

@@ -1,6 +1,6 @@
 // What bodies touch with, in the body's frame B, and the depth below a shape's surface as a smooth field.
 //
-// A field phi(x) is negative inside. Its gradient has at most unit length (exactly 1 on faces), so that −phi is a depth.
+// A field phi(x) is negative inside. Its gradient has at most unit length (exactly 1 on faces), so −phi is a depth.
 //   half-space   phi = z − offset
 //   rounded core, a box of half extents a (each ≥ 0) inflated by r:
 //                phi = (|e|² − r²)/(2 r),  e_i = sign(x_i) smax(|x_i| − a_i, 0), e_i = x_i where a_i = 0
@@ -86,8 +86,8 @@ struct FeaturePoints {
 };
 
 // A lattice over the surface of the box with spacing at most `spacing` (corners always; on edges and faces as needed).
-// A face's area is shared among its points by the trapezoidal rule; a point on two or three faces stands for their mean,
-// so that a cube lying on a face counts exactly that face's area. Balls of radius `ball`, 0 for bare points.
+// A face's area is shared among its points by the trapezoidal rule; a point on two or three faces stands for their
+// mean, so that a cube lying on a face counts exactly that face's area. Balls of radius `ball`, 0 for bare points.
 FeaturePoints MakeBoxFeatures(const BoxGeometry& box, double ball, double spacing);
 
 // Balls along the capsule's segment; their areas add up to its projected area 4 r half_length + π r².

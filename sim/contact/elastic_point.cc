@@ -32,10 +32,9 @@ bool CalcFieldPoint(const ShapeField& field, const Vector3d& c, double k, double
   return true;
 }
 
-void MeshIntegrals::Add(const SphereTriangleIntegrals& part, const Vector3d& n, bool want_jacobian) {
+void MeshIntegrals::Add(const SphereTriangleIntegrals& part, const Vector3d& n) {
   W += part.W;
   g += part.g;
-  if (!want_jacobian) return;
   const SphereTriangleJacobian j = CalcSphereTriangleJacobian(part, n);
   geometry.dW_dc += j.dW_dc;
   geometry.dg_dc += j.dg_dc;

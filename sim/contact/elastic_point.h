@@ -9,9 +9,9 @@
 //
 // k = modulus × area that the point stands for [N/m]; rho the ball's radius (0: the point itself); W and g the sphere's
 // integrals over all triangles it reaches. On a plane W = π (rho² − h²)²/2, so the ball's depth is (rho² − h²)/(2 rho):
-// the same for every triangulation, and smooth over edges and creases. The factor |g|/(W rho), there h/rho, lets the force
-// pass through zero where the centre reaches the surface: both sphere models are valid to the depth of their radius, and
-// draw in beyond. ramp (smooth_ramp.h) rises over kOnsetDepth.
+// the same for every triangulation, and smooth over edges and creases. The factor |g|/(W rho), there h/rho, lets the
+// force pass through zero where the centre reaches the surface: both sphere models are valid to the depth of their
+// radius, and draw in beyond. ramp (smooth_ramp.h) rises over kOnsetDepth.
 #pragma once
 
 #include <Eigen/Dense>
@@ -44,7 +44,7 @@ struct MeshIntegrals {
   double W = 0.0;
   Eigen::Vector3d g = Eigen::Vector3d::Zero();
   SphereTriangleJacobian geometry{Eigen::RowVector3d::Zero(), Eigen::Matrix3d::Zero()};
-  void Add(const SphereTriangleIntegrals& part, const Eigen::Vector3d& n, bool want_jacobian);
+  void Add(const SphereTriangleIntegrals& part, const Eigen::Vector3d& n);
 };
 
 // How the response hangs on the integrals: for derivatives in c and for cotangents of the mesh.

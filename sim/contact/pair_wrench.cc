@@ -29,21 +29,23 @@ void PairWrench::AddMomentJacobian(const Vector3d& c, const Vector3d& a, const M
   Dnu_.topLeftCorner<3, 3>() += dm_dw - dm_du * Skew(a);
 }
 
-void PairWrench::AddTo(int B, int S, ContactDerivatives derivatives, Dynamics* dynamics) const {
-  const bool moves_B = dynamics->tree().IsDynamic(B);
-  const bool moves_S = dynamics->tree().IsDynamic(S);
-  const Pose X_BS{motion_.X_SB.R.transpose(), -(motion_.X_SB.R.transpose() * motion_.X_SB.p)};
-  if (moves_B) {
+void PairWrench::AddTo(int B, int S, Dynamics* dynamics) const {
+  if (dynamics->tree().IsDynamic(B)) {
     ExternalWrench& wrench = dynamics->external()[B];
-    wrench.F += ShiftWrench(X_BS, F_);
+    wrench.F += ShiftWrench(motion_.X_BS(), F_);
     wrench.moment_scale += moment_scale_B_;
   }
-  if (moves_S) {
+  if (dynamics->tree().IsDynamic(S)) {
     ExternalWrench& wrench = dynamics->external()[S];
     wrench.F -= F_;
     wrench.moment_scale += moment_scale_S_;
   }
-  if (derivatives == ContactDerivatives::kNone) return;
+}
+
+void PairWrench::AddDerivativesTo(int B, int S, ContactDerivatives derivatives, Dynamics* dynamics) const {
+  const bool moves_B = dynamics->tree().IsDynamic(B);
+  const bool moves_S = dynamics->tree().IsDynamic(S);
+  const Pose X_BS = motion_.X_BS();
   const Matrix6d Y = TwistMatrix(X_BS);
   const Matrix6d G = De_ - Dnu_ * CrossMotionMatrix(motion_.V_B_S);
   const Matrix6d H = G - CrossBarMatrix(F_);

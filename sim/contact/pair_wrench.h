@@ -1,8 +1,8 @@
 // The wrench between two bodies, summed over points of contact, and its derivatives in both bodies' perturbations.
 //
-// F is the wrench on B (the points' body) about So in S, as a function of the relative motion alone: of the perturbation
-// e of B's place (a spatial displacement in S) at fixed nu, and of nu, the twist of B relative to S. With Y the matrix
-// of X_BS, which takes twists of B to S,
+// F is the wrench on B (the points' body) about So in S, as a function of the relative motion alone: of the
+// perturbation e of B's place (a spatial displacement in S) at fixed nu, and of nu, the twist of B relative to S. With
+// Y the matrix of X_BS, which takes twists of B to S,
 //
 //   e = Y eta_B − eta_S,   dnu = Y dV_B − dV_S − crm(Y V_B) e,   dF = De e + Dnu dnu
 //   F_B = Yᵀ F,  dF_B = Yᵀ (dF − CrossBar(F) e),                 F_S = −F,  dF_S = −dF
@@ -15,10 +15,11 @@ namespace knap {
 
 // kSolve: all that the equations of motion need; kAll: also how wrenches hang on bodies that have no equations, so that
 // cotangents reach their placement.
-enum class ContactDerivatives { kNone, kSolve, kAll };
+enum class ContactDerivatives { kSolve, kAll };
 
 class PairWrench {
  public:
+  PairWrench() = default;
   explicit PairWrench(const RelativeMotion& motion) : motion_(motion) {}
 
   // f on B at the place a in S, and a moment m on B.
@@ -40,8 +41,12 @@ class PairWrench {
 
   const Vector6d& F() const { return F_; }
 
+  const RelativeMotion& motion() const { return motion_; }
+
   // Adds to the wrenches on both bodies, those on bodies without equations left out.
-  void AddTo(int B, int S, ContactDerivatives derivatives, Dynamics* dynamics) const;
+  void AddTo(int B, int S, Dynamics* dynamics) const;
+  // Likewise to their derivatives.
+  void AddDerivativesTo(int B, int S, ContactDerivatives derivatives, Dynamics* dynamics) const;
 
  private:
   RelativeMotion motion_;

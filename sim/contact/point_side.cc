@@ -48,7 +48,8 @@ const std::vector<int>& NearPoints::FindPoints(const PointSide& side, const Pose
   // Places of B as seen from S move by no more than this since the list was made (or of S from B, likewise).
   const Pose X_BS{X_SB.R.transpose(), -(X_SB.R.transpose() * X_SB.p)};
   const Vector3d& center = side.field.center();
-  const Vector3d moved = infinite ? Vector3d(X_SB.p + X_BS_.R.transpose() * X_BS_.p) : Vector3d(X_BS * center - X_BS_ * center);
+  const Vector3d moved = infinite ? Vector3d(X_SB.p + X_BS_.R.transpose() * X_BS_.p)
+                                  : Vector3d(X_BS * center - X_BS_ * center);
   if (valid_ && moved.norm() + (X_BS.R - X_BS_.R).norm() * extent_ < margin_) return points_;
   X_BS_ = X_BS;
   valid_ = true;
@@ -85,16 +86,6 @@ const std::vector<int>& NearPoints::FindTriangles(const PointSide& side, int i, 
 
 namespace {
 
-MeshIntegrals SumIntegrals(const PointSide& side, NearPoints* near, int i, const Vector3d& c, bool want_jacobian) {
-  MeshIntegrals sum;
-  for (const int t : near->FindTriangles(side, i, c)) {
-    const TriangleFrame& frame = side.surface_mesh->frames()[t];
-    const SphereTriangleIntegrals part = CalcSphereTriangle(frame, c, side.rho);
-    if (part.active) sum.Add(part, frame.n, want_jacobian);
-  }
-  return sum;
-}
-
 void CalcOnIntegrals(const PointSide& side, int i, const MeshIntegrals& sum, ElasticPoint* out, IntegralJacobian* j) {
   if (side.law == PointSide::Law::kBallOnMesh) {
     CalcBallOnMesh(sum, side.modulus * side.areas()[i], side.rho, out, j);
@@ -105,33 +96,45 @@ void CalcOnIntegrals(const PointSide& side, int i, const MeshIntegrals& sum, Ela
 
 }  // namespace
 
-bool CalcElasticPoint(const PointSide& side, NearPoints* near, int i, const Vector3d& c, bool want_jacobian,
+bool CalcElasticPoint(const PointSide& side, NearPoints* near, int i, const Vector3d& c, MeshIntegrals* integrals,
                       ElasticPoint* out) {
   if (side.law == PointSide::Law::kField) {
-    return CalcFieldPoint(side.field, c, side.modulus * side.areas()[i], side.rho, want_jacobian, out);
+    return CalcFieldPoint(side.field, c, side.modulus * side.areas()[i], side.rho, false, out);
   }
-  MeshIntegrals sum;
+  *integrals = MeshIntegrals{};
   if (side.law == PointSide::Law::kSphereOnPlane) {
     const SphereTriangleIntegrals plane = CalcSpherePlane(Vector3d::UnitZ(), c.z(), side.rho);
-    if (plane.active) sum.Add(plane, Vector3d::UnitZ(), want_jacobian);
+    if (plane.active) integrals->Add(plane, Vector3d::UnitZ());
   } else {
-    sum = SumIntegrals(side, near, i, c, want_jacobian);
+    for (const int t : near->FindTriangles(side, i, c)) {
+      const TriangleFrame& frame = side.surface_mesh->frames()[t];
+      const SphereTriangleIntegrals part = CalcSphereTriangle(frame, c, side.rho);
+      if (part.active) integrals->Add(part, frame.n);
+    }
   }
-  if (!(sum.W > 0.0) || sum.g.isZero(0.0)) return false;
-  IntegralJacobian jacobian;
-  CalcOnIntegrals(side, i, sum, out, want_jacobian ? &jacobian : nullptr);
-  if (want_jacobian) ChainIntegrals(sum, jacobian, out);
+  if (!(integrals->W > 0.0) || integrals->g.isZero(0.0)) return false;
+  CalcOnIntegrals(side, i, *integrals, out, nullptr);
   return true;
 }
 
-void PullBackSurfaceMesh(const PointSide& side, NearPoints* near, int i, const Vector3d& c, double bar_N,
-                         const Vector3d& bar_n, const Vector3d& bar_l, Eigen::Matrix3Xd* bar_vertices) {
-  const MeshIntegrals sum = SumIntegrals(side, near, i, c, false);
+void CalcElasticDerivatives(const PointSide& side, int i, const Vector3d& c, const MeshIntegrals& integrals,
+                            ElasticPoint* out) {
+  if (side.law == PointSide::Law::kField) {
+    CalcFieldPoint(side.field, c, side.modulus * side.areas()[i], side.rho, true, out);
+    return;
+  }
+  IntegralJacobian jacobian;
+  CalcOnIntegrals(side, i, integrals, out, &jacobian);
+  ChainIntegrals(integrals, jacobian, out);
+}
+
+void PullBackSurfaceMesh(const PointSide& side, NearPoints* near, int i, const Vector3d& c,
+                         const MeshIntegrals& integrals, const ElasticCotangent& bar, Eigen::Matrix3Xd* bar_vertices) {
   ElasticPoint at;
   IntegralJacobian j;
-  CalcOnIntegrals(side, i, sum, &at, &j);
-  const double bar_W = j.dN_dW * bar_N + j.dl_dW.dot(bar_l);
-  const Vector3d bar_g = j.dN_dg * bar_N + j.dn_dg.transpose() * bar_n + j.dl_dg.transpose() * bar_l;
+  CalcOnIntegrals(side, i, integrals, &at, &j);
+  const double bar_W = j.dN_dW * bar.N + j.dl_dW.dot(bar.l);
+  const Vector3d bar_g = j.dN_dg * bar.N + j.dn_dg.transpose() * bar.n + j.dl_dg.transpose() * bar.l;
   for (const int t : near->FindTriangles(side, i, c)) {
     const TriangleFrame& frame = side.surface_mesh->frames()[t];
     const SphereTriangleIntegrals part = CalcSphereTriangle(frame, c, side.rho);

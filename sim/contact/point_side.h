@@ -26,6 +26,7 @@ struct RelativeMotion {
   Pose X_SB;
   Vector6d V_B_S = Vector6d::Zero();  // twist of B, about So in S
   Vector6d nu = Vector6d::Zero();     // that less the twist of S
+  Pose X_BS() const { return {X_SB.R.transpose(), -(X_SB.R.transpose() * X_SB.p)}; }
   static RelativeMotion Make(const Pose& X_WB, const Vector6d& V_B, const Pose& X_WS, const Vector6d& V_S);
 };
 
@@ -74,12 +75,22 @@ class NearPoints {
   std::vector<NearTriangles> triangles_;
 };
 
-// The elastic response at point i of the side, c its place in S. False without contact.
-bool CalcElasticPoint(const PointSide& side, NearPoints* near, int i, const Eigen::Vector3d& c, bool want_jacobian,
-                      ElasticPoint* out);
+// The elastic response at point i of the side, c its place in S, less its derivatives; *integrals stays as it is where
+// the surface is a field. False without contact.
+bool CalcElasticPoint(const PointSide& side, NearPoints* near, int i, const Eigen::Vector3d& c,
+                      MeshIntegrals* integrals, ElasticPoint* out);
+// The derivatives, once that has returned true.
+void CalcElasticDerivatives(const PointSide& side, int i, const Eigen::Vector3d& c, const MeshIntegrals& integrals,
+                            ElasticPoint* out);
 
-// Adds to bar_vertices of side.surface_mesh what follows from the cotangents of the response at point i.
-void PullBackSurfaceMesh(const PointSide& side, NearPoints* near, int i, const Eigen::Vector3d& c, double bar_N,
-                         const Eigen::Vector3d& bar_n, const Eigen::Vector3d& bar_l, Eigen::Matrix3Xd* bar_vertices);
+// Cotangents of a response.
+struct ElasticCotangent {
+  double N = 0.0;
+  Eigen::Vector3d n = Eigen::Vector3d::Zero();
+  Eigen::Vector3d l = Eigen::Vector3d::Zero();
+};
+// Adds to bar_vertices of side.surface_mesh what follows from those at point i.
+void PullBackSurfaceMesh(const PointSide& side, NearPoints* near, int i, const Eigen::Vector3d& c,
+                         const MeshIntegrals& integrals, const ElasticCotangent& bar, Eigen::Matrix3Xd* bar_vertices);
 
 }  // namespace knap

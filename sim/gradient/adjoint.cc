@@ -128,13 +128,14 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
     const BdfCoefficients& c = trajectory.coefficients(k);
     trajectory.GetBristles(k - 1, &previous);
     contacts->BeginStep(c.h, previous);
-    contacts->AddWrenches(dynamics, ContactDerivatives::kAll);
+    contacts->AddWrenches(dynamics);
+    contacts->AddDerivatives(ContactDerivatives::kAll, dynamics);
     by_contact.previous.assign(previous.z.size(), Vector3d::Zero());
     if (contacts->has_bristles()) {
       // What the next step's friction sees of this state.
       bar_bristles.resize(contacts->bristles().z.size(), Vector3d::Zero());
       for (BodyCotangent& b : by_contact.bodies) b = BodyCotangent{};
-      contacts->PullBackBristles(*dynamics, bar_bristles, &by_contact);
+      contacts->PullBackBristles(bar_bristles, &by_contact);
       dynamics->PullBackKinematics(&by_contact.bodies, &by_loss, &loss_parameters);
       bar_pose += by_loss.pose;
       bar_v += by_loss.v;
@@ -154,7 +155,7 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
     if (controlled) out.controls.col(controls.IntervalOfStep(step)) -= step_parameters.controls;
     step_parameters.controls.setZero();
     // r = … − f_ext, and the step's equation contributes −lambdaᵀ dr: the wrench's cotangent is +W.
-    contacts->PullBackWrenches(*dynamics, dynamics->virtual_twists(), &by_contact);
+    contacts->PullBackWrenches(dynamics->virtual_twists(), &by_contact);
     bar_bristles = by_contact.previous;
 
     bar_pose -= by_residual.pose;

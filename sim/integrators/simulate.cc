@@ -76,7 +76,7 @@ Trajectory Simulator::Run(const VectorXd& q0, const VectorXd& v0, const Simulati
   trajectory.state_of_step_.push_back(0);
   dynamics_->CalcKinematics(q0, v0, zero_, 0.0);
   contacts_->BeginStep(0.0, bristles_);
-  contacts_->AddWrenches(dynamics_, ContactDerivatives::kNone);
+  contacts_->AddWrenches(dynamics_);
   was_active_.assign(contacts_->contacts().size(), false);
   CountOnsets(&trajectory);
   trajectory.certificate.contact_onsets = 0;  // what touches from the start has no onset
@@ -115,7 +115,7 @@ double Simulator::Evaluate(double time, const BdfCoefficients& c, const Trajecto
   q_ = trajectory.q(k);
   dynamics_->tree().AddIncrement(q_, xi_trial_, &q_);
   dynamics_->CalcKinematics(q_, v_, vdot_, time + c.h);
-  contacts_->AddWrenches(dynamics_, ContactDerivatives::kSolve);
+  contacts_->AddWrenches(dynamics_);
   dynamics_->CalcResidual(c.g0, &r_, &magnitude_);
   scale_.setZero();
   for (Eigen::Index row = 0; row < r_.size(); ++row) {
@@ -154,6 +154,7 @@ bool Simulator::SolveStep(double time, const BdfCoefficients& c, const Simulatio
     if (iteration == options.newton_max_iterations) return false;
     ++trajectory->certificate.newton_iterations;
     xi_ = xi_trial_;
+    contacts_->AddDerivatives(ContactDerivatives::kSolve, dynamics_);
     if (!dynamics_->Factor(xi_, c.c_v, c.g0 * c.c_v)) return false;
     dynamics_->Solve(r_, &dx_);
     scale_now_ = scale_;

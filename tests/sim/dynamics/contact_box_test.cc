@@ -136,7 +136,7 @@ TEST(BoxOnMesh, StiffnessDoesNotHangOnTheTriangulation) {
       Dynamics dynamics(scene.tree);
       ContactModel contacts(scene.contacts);
       dynamics.CalcKinematics(scene.q0(), scene.v0(), VectorXd::Zero(6), 0.0);
-      contacts.AddWrenches(&dynamics, ContactDerivatives::kNone);
+      contacts.AddWrenches(&dynamics);
       forces.push_back(contacts.reports()[0].f_W.z());
     }
     EXPECT_GT(forces[0], 0.05);
@@ -168,8 +168,11 @@ TEST(BoxOnMesh, TheFeaturesHalfIsTheSameForEveryTriangulation) {
     const Pose X_WB{ExpSo3(Vector3d(0.01, 0.02, 0.3)).toRotationMatrix(), Vector3d(0.0013, 0.0021, 0.00802)};
     const Pose X_SB{floor.R.transpose() * X_WB.R, floor.ApplyInverse(X_WB.p)};
     for (std::size_t i = 0; i < sides[0].points().size(); ++i) {
+      MeshIntegrals integrals;
       ElasticPoint e;
-      if (!CalcElasticPoint(sides[0], &near, static_cast<int>(i), X_SB * sides[0].points()[i], false, &e)) continue;
+      if (!CalcElasticPoint(sides[0], &near, static_cast<int>(i), X_SB * sides[0].points()[i], &integrals, &e)) {
+        continue;
+      }
       sum += floor.R * (e.N * e.n);
       ++active;
     }
@@ -184,8 +187,8 @@ TEST(MovingPairs, TwoBoxesKeepTheirMomentum) {
   scene.tree.gravity.setZero();
   const Vector3d size(0.03, 0.02, 0.016);
   const BoxGeometry box = MakeBox(size, 0.001);
-  const int a = scene.AddFreeBox(size, 0.02, Vector3d(0, 0, 0), ExpSo3(Vector3d(0.3, 0.2, 0.1)), Vector3d(0.3, 0.05, 0.4),
-                                 Vector3d(3, -2, 5));
+  const int a = scene.AddFreeBox(size, 0.02, Vector3d(0, 0, 0), ExpSo3(Vector3d(0.3, 0.2, 0.1)),
+                                 Vector3d(0.3, 0.05, 0.4), Vector3d(3, -2, 5));
   const int b = scene.AddFreeBox(size, 0.03, Vector3d(0.004, 0.003, 0.026), ExpSo3(Vector3d(-0.2, 0.5, 1.0)),
                                  Vector3d(-0.1, 0.1, -0.3), Vector3d(-5, 1, 2));
   scene.Touch(a, box, b, box, {1e8, 0.0, 0.3, 0.0, 1e-3, 2e-5});
@@ -229,16 +232,17 @@ TEST(BoxOnMesh, NeverPulls) {
     const Quaterniond q = MakeRandomTurn(&generator);
     const Vector3d up = q.conjugate() * Vector3d::UnitZ();
     const double reach = (box.half.array() - box.rounding).matrix().dot(up.cwiseAbs()) + box.rounding;
-    const int body = scene.AddFreeBox(2.0 * box.half, 0.01,
-                                      Vector3d(0.01 * u(generator), 0.008 * u(generator), reach - 4e-4 * (1 + u(generator))),
-                                      q, std::pow(10.0, 2.0 * u(generator)) * Vector3d(u(generator), u(generator), u(generator)),
-                                      Vector3d(10 * u(generator), 10 * u(generator), 10 * u(generator)));
+    const Vector3d p(0.01 * u(generator), 0.008 * u(generator), reach - 4e-4 * (1 + u(generator)));
+    const Vector3d direction(u(generator), u(generator), u(generator));
+    const Vector3d velocity = std::pow(10.0, 2.0 * u(generator)) * direction;
+    const Vector3d w(10 * u(generator), 10 * u(generator), 10 * u(generator));
+    const int body = scene.AddFreeBox(2.0 * box.half, 0.01, p, q, velocity, w);
     scene.Touch(body, box, floor, mesh, {1e8, 5.0, 0.0, 0.0, 1e-3, 2e-5});
     Dynamics dynamics(scene.tree);
     ContactModel contacts(scene.contacts);
     dynamics.CalcKinematics(scene.q0(), scene.v0(), VectorXd::Zero(6), 0.0);
     contacts.BeginStep(1e-3, {});
-    contacts.AddWrenches(&dynamics, ContactDerivatives::kNone);
+    contacts.AddWrenches(&dynamics);
     const Vector3d f = contacts.reports()[0].f_W;
     active += f.norm() > 0.0;
     EXPECT_GE(f.z(), -1e-12 * f.norm()) << trial;
@@ -279,7 +283,7 @@ TEST(BoxOnMesh, ForceIsSmoothAcrossEdgesAndCreases) {
       const auto at = [&](int i) {
         q.head<3>() = scan.from + (scan.to - scan.from) * i / n;
         dynamics.CalcKinematics(q, scene.v0(), VectorXd::Zero(6), 0.0);
-        contacts.AddWrenches(&dynamics, ContactDerivatives::kNone);
+        contacts.AddWrenches(&dynamics);
         Vector6d wrench;
         wrench << contacts.reports()[0].f_W, contacts.reports()[0].m_W / 0.01;
         return wrench;
@@ -327,7 +331,7 @@ TEST(ContactModel, WhatRanBeforeChangesNoBit) {
     int k = 0;
     for (ContactModel* model : {&used, &fresh}) {
       dynamics.CalcKinematics(q, scene.v0(), VectorXd::Zero(6), 0.0);
-      model->AddWrenches(&dynamics, ContactDerivatives::kSolve);
+      model->AddWrenches(&dynamics);
       forces[k++] = model->reports()[0].f_W;
     }
     EXPECT_EQ(forces[0], forces[1]) << i;

@@ -31,8 +31,8 @@ struct Gradient {
   VectorXd rates;
 };
 
-// Steps far shorter than a contact: the discrete restitution varies with where in a step a contact begins, a little, but
-// over a very short distance.
+// Steps far shorter than a contact: the discrete restitution varies with where in a step a contact begins, a little,
+// but over a very short distance.
 Gradient Calc(const PairScene& scene, int body, const Vector3d& direction, double duration, double step) {
   Dynamics dynamics(scene.tree);
   ContactModel contacts(scene.contacts);
