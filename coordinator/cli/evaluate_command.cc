@@ -17,6 +17,7 @@
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/loaded_run.h"
 #include "coordinator/cli/problem_from_scene.h"
+#include "coordinator/cli/rollout_arguments.h"
 #include "coordinator/cli/theta_choice.h"
 #include "coordinator/learning/batch_objective.h"
 #include "coordinator/learning/evaluation.h"
@@ -98,7 +99,7 @@ void PrintTests(const ParameterSpec& parameters, const std::vector<Test>& tests)
   for (const Test& test : tests) {
     std::string theta;
     for (std::size_t i = 0; i < test.theta.size() - parameters.controls; ++i) {
-      theta += fmt::format("  {} {:.2f} mm", parameters.names[i], 1e3 * test.theta[i]);
+      theta += "  " + FormatParameter(parameters, i, test.theta[i]);
     }
     fmt::print("{:5.1f}% ({:.1f} to {:.1f}%)  loss {:.4g}{}\n", 100.0 * test.summary.success_rate,
                100.0 * test.summary.success_interval.lower, 100.0 * test.summary.success_interval.upper,

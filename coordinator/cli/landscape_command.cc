@@ -72,11 +72,7 @@ ChosenVariations ChooseVariations(const LandscapeArguments& arguments, const Sce
 std::string FormatPoint(const Landscape& landscape, const ParameterSpec& parameters, std::size_t cell) {
   const LandscapePlan& plan = landscape.plan;
   const auto format = [&](const LandscapeAxis& axis, std::size_t k) {
-    const std::string unit = parameters.GetUnit(axis.parameter);
-    const double value = axis.values[k];
-    return parameters.names[axis.parameter] + (unit == "m"    ? fmt::format(" {:.2f} mm", 1e3 * value)
-                                               : unit.empty() ? fmt::format(" {:.4g}", value)
-                                                              : fmt::format(" {:.4g} {}", value, unit));
+    return FormatParameter(parameters, axis.parameter, axis.values[k]);
   };
   return format(plan.x, cell % plan.x.values.size()) + ", " + format(plan.y, cell / plan.x.values.size());
 }

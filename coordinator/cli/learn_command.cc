@@ -84,13 +84,18 @@ void PrintPlan(const Prepared& prepared, const ClusterOptions& cluster) {
   fmt::print("workers     {}\n", cluster.external ? "external" : std::to_string(CalcWorkerCount(cluster)));
 }
 
-// The designed mesh; nothing for a scenario that designs none.
-void WriteTool(const Prepared& prepared, const std::vector<double>& theta, const RunDirectory& run, const char* name) {
-  const std::optional<CageDesign>& design = prepared.model->design();
+// The designed meshes, each in its body's frame: `initial.stl` where there is one, else `initial_BODY.stl`; nothing for
+// a scenario that designs none.
+void WriteTool(const Prepared& prepared, const std::vector<double>& theta, const RunDirectory& run,
+               const std::string& name) {
+  const std::optional<SceneDesign>& design = prepared.model->design();
   if (!design) return;
   fs::create_directories(run.tool_path());
   const Eigen::Map<const Eigen::VectorXd> values(theta.data(), design->num_parameters());
-  WriteFileAtomically(run.tool_path() / name, WriteStl(design->CalcMesh(values)));
+  for (const std::string& body : design->bodies()) {
+    const std::string file = design->bodies().size() == 1 ? name + ".stl" : name + "_" + body + ".stl";
+    WriteFileAtomically(run.tool_path() / file, WriteStl(design->Find(body)->CalcMesh(values)));
+  }
 }
 
 // The run's folder with everything that does not depend on the answers.
@@ -100,7 +105,7 @@ RunDirectory MakeRun(const LearnArguments& arguments, const Prepared& prepared) 
   RunDirectory run =
       arguments.out.empty() ? RunDirectory::CreateNamed("runs", info.scenario, info.started) : CreateRun(arguments.out);
   run.WriteRunInfo(info);
-  WriteTool(prepared, prepared.problem.parameters.initial, run, "initial.stl");
+  WriteTool(prepared, prepared.problem.parameters.initial, run, "initial");
   WriteScenario(prepared.scenario, run);
   return run;
 }
@@ -124,8 +129,10 @@ void PrintSummary(const Scene& scene, const ResultDocument& document, const RunD
                FormatRate(document.test_initial), FormatRate(document.test_learned), document.test_learned.variations);
   fmt::print(stderr, "  mean loss {:.4g} -> {:.4g}\n", document.test_initial.loss_mean,
              document.test_learned.loss_mean);
-  if (scene.design)
-    fmt::print(stderr, "  tool      {} (millimetres, ready to print)\n", (run.tool_path() / "learned.stl").string());
+  if (scene.design) {
+    fmt::print(stderr, "  tool      {} (millimetres, ready to print)\n",
+               (run.tool_path() / (scene.design->bodies.size() == 1 ? "learned.stl" : "learned_*.stl")).string());
+  }
   if (has_picture) fmt::print(stderr, "  picture   {} (open it in a browser)\n", (run.path() / "picture.svg").string());
   fmt::print(stderr, "  figures   {}, metrics.csv and more beside it\n", run.result_path().string());
 }
@@ -200,7 +207,7 @@ int RunLearn(const LearnArguments& arguments) {
     recorder.RecordEvent("failed", {{"error", e.what()}});
     throw;
   }
-  WriteTool(prepared, document.learned, run, "learned.stl");
+  WriteTool(prepared, document.learned, run, "learned");
   const bool has_picture = WritePicture(prepared, document, run, &recorder);
   run.WriteResult(document);
   recorder.RecordEvent("done", {{"wall_s", document.wall_s}});

@@ -51,7 +51,7 @@ Problem MakeProblem(const Scene& scene) {
   if (scene.design) {
     for (const DesignParameter& parameter : scene.design->parameters) {
       add(parameter.name, parameter.lower, parameter.upper, parameter.initial, is_fixed(LearnedPart::kDesign));
-      spec.units.push_back("m");
+      spec.units.push_back(parameter.kind == ParameterKind::kShift ? "m" : "");
     }
   }
   if (scene.controls) {

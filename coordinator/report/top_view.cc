@@ -58,9 +58,9 @@ std::vector<Eigen::Vector2d> ThinOut(const BodyPath& path, const Opening& openin
 }  // namespace
 
 std::optional<Opening> FindShownOpening(const Scene& scene) {
-  if (!scene.success || !scene.design || scene.controls) return std::nullopt;
+  if (!scene.success || !scene.design || scene.design->bodies.size() != 1 || scene.controls) return std::nullopt;
   const auto* test = std::get_if<CrossesOpening>(&*scene.success);
-  const Body* tool = FindBody(scene, scene.design->body);
+  const Body* tool = FindBody(scene, scene.design->bodies[0].name);
   if (test == nullptr || tool == nullptr || Turns(*tool)) return std::nullopt;
   return test->opening;
 }
@@ -72,17 +72,18 @@ TopView TraceTopView(RolloutModel& model, const std::vector<double>& theta,
   TopView view;
   std::vector<double> touch_times;
   for (const std::vector<double>& variation : variations) {
-    const BodyPath path = model.Trace(design, variation, opening.body);
+    const BodyPath path = model.Trace({design, {}, variation}, opening.body);
     if (const std::optional<double> time = FindTouchTime(path)) touch_times.push_back(*time);
     view.paths.push_back({ThinOut(path, opening), CrossesInside(opening, path)});
   }
   std::sort(touch_times.begin(), touch_times.end());
   const double contact_time = touch_times.empty() ? 0.0 : touch_times[touch_times.size() / 2];
 
-  const BodyPath tool = model.Trace(design, variations.front(), model.scene().design->body);
+  const std::string& tool_name = model.design()->bodies().front();
+  const BodyPath tool = model.Trace({design, {}, variations.front()}, tool_name);
   const auto at_contact = static_cast<std::size_t>(
       std::lower_bound(tool.time.begin(), tool.time.end() - 1, contact_time) - tool.time.begin());
-  const Outline outline = CalcSilhouette(model.design()->CalcMesh(design), static_cast<int>(opening.opening_axis),
+  const Outline outline = CalcSilhouette(model.design()->Find(tool_name)->CalcMesh(design), static_cast<int>(opening.opening_axis),
                                          static_cast<int>(opening.axis));
   view.tool_at_contact = Shift(outline, Project(tool.p_W[at_contact], opening));
   const std::size_t way = tool.p_W.size() - 1 - at_contact;

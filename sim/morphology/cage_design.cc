@@ -82,6 +82,15 @@ TriangleMesh CageDesign::CalcCage(const Eigen::Ref<const VectorXd>& theta) const
   return Displace(cage_, dc_dtheta_ * (theta - initial_theta_));
 }
 
+Matrix3Xd CageDesign::CalcPointDerivative(const Eigen::Vector3d& p) const {
+  const VectorXd weights = CalcMeanValueCoordinates(cage_, p);
+  Matrix3Xd out(3, num_parameters());
+  for (Index j = 0; j < out.cols(); ++j) {
+    out.col(j) = Map<const Matrix3Xd>(dc_dtheta_.col(j).data(), 3, weights.size()) * weights;
+  }
+  return out;
+}
+
 VectorXd CageDesign::PullBack(const Eigen::Ref<const Matrix3Xd>& bar_vertices) const {
   // Column-major order makes element (k, i) of bar the row 3 i + k of dm/dtheta.
   const Matrix3Xd bar = bar_vertices;

@@ -9,7 +9,9 @@
 #include <stdexcept>
 #include <utility>
 
+#include "sim/math/overloaded.h"
 #include "sim/multibody/motions.h"
+#include "sim/rollout/build_body.h"
 
 namespace knap {
 namespace {
@@ -17,78 +19,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-
-template <class... Ts>
-struct Overloaded : Ts... {
-  using Ts::operator()...;
-};
-template <class... Ts>
-Overloaded(Ts...) -> Overloaded<Ts...>;
-
-Matrix3d RotationFromRpy(const Vector3d& rpy) {
-  return (Eigen::AngleAxisd(rpy.z(), Vector3d::UnitZ()) * Eigen::AngleAxisd(rpy.y(), Vector3d::UnitY()) *
-          Eigen::AngleAxisd(rpy.x(), Vector3d::UnitX()))
-      .toRotationMatrix();
-}
-
-constexpr double kPi = 3.141592653589793238462643383279502884;
-
-// A body that fills its shape with unit density.
-struct UnitBody {
-  double volume = 0.0;  // [m³]
-  Vector3d center = Vector3d::Zero();
-  Vector3d moments_per_mass = Vector3d::Zero();  // about the centre [m²]
-};
-
-std::optional<UnitBody> MakeUnitBody(const std::optional<Shape>& shape) {
-  if (!shape) return {};
-  if (const auto* sphere = std::get_if<SphereShape>(&*shape)) {
-    const double r = sphere->radius;
-    return UnitBody{4.0 / 3.0 * kPi * r * r * r, Vector3d::Zero(), Vector3d::Constant(0.4 * r * r)};
-  }
-  if (const auto* box = std::get_if<BoxShape>(&*shape)) {
-    const Vector3d s2 = box->size.cwiseAbs2() / 12.0;
-    return UnitBody{box->size.prod(), box->center, Vector3d(s2.y() + s2.z(), s2.x() + s2.z(), s2.x() + s2.y())};
-  }
-  if (const auto* capsule = std::get_if<CapsuleShape>(&*shape)) {
-    const double r = capsule->radius;
-    const double l = capsule->length;
-    const double cylinder = kPi * r * r * l;
-    const double ends = 4.0 / 3.0 * kPi * r * r * r;
-    const double volume = cylinder + ends;
-    // Half spheres have their centres of mass 3r/8 beyond the cylinder's ends.
-    const double across = cylinder * (l * l / 12.0 + r * r / 4.0) +
-                          ends * (0.4 * r * r + l * l / 4.0 + 3.0 / 8.0 * l * r);
-    const double along = cylinder * 0.5 * r * r + ends * 0.4 * r * r;
-    return UnitBody{volume, capsule->center, Vector3d(across, across, along) / volume};
-  }
-  return {};
-}
-
-Matrix6d MakeInertia(const Body& body) {
-  if (!body.inertia) return Matrix6d::Zero();
-  const auto solid = [&](const auto& mass_of_volume) {
-    const std::optional<UnitBody> unit = MakeUnitBody(body.shape);
-    if (!unit) {
-      throw std::runtime_error(fmt::format(
-          "body '{}': a solid inertia needs a sphere, capsule or box as shape; give it explicitly", body.name));
-    }
-    const double mass = mass_of_volume(unit->volume);
-    const Vector3d moments = mass * unit->moments_per_mass;
-    return MakeSpatialInertia(mass, unit->center, moments.asDiagonal());
-  };
-  return std::visit(
-      Overloaded{[&](const SolidInertia& i) { return solid([&](double) { return i.mass; }); },
-                 [&](const DensityInertia& i) { return solid([&](double volume) { return i.density * volume; }); },
-                 [](const ExplicitInertia& i) {
-                   Matrix3d I = i.moments.asDiagonal();
-                   I(0, 1) = I(1, 0) = i.products(0);
-                   I(0, 2) = I(2, 0) = i.products(1);
-                   I(1, 2) = I(2, 1) = i.products(2);
-                   return MakeSpatialInertia(i.mass, i.center, I);
-                 }},
-      *body.inertia);
-}
 
 PrescribedMotion MakeMotion(const Motion& motion) {
   return std::visit(Overloaded{[](const ZigzagMotion& m) -> PrescribedMotion {
@@ -106,14 +36,15 @@ PrescribedMotion MakeMotion(const Motion& motion) {
 // Adds bodies one by one and remembers the initial state of their joints.
 class Builder {
  public:
-  explicit Builder(const Scene& scene) : scene_(scene) { model_.tree.gravity = scene.gravity; }
+  explicit Builder(const Vector3d& gravity) { model_.tree.gravity = gravity; }
 
-  void Add(const Body& body) {
+  void Add(const Body& body, const MassProperties* of_unit_density) {
+    model_.joint_index[body.name] = model_.tree.size();
     TreeBody tree_body;
     tree_body.name = body.name;
     tree_body.parent = body.parent == kWorldName ? -1 : model_.body_index.at(body.parent);
     tree_body.X_PF = {RotationFromRpy(body.joint.orientation_rpy), body.joint.position};
-    const Matrix6d M = MakeInertia(body);
+    const Matrix6d M = MakeInertia(body, of_unit_density);
     std::visit(Overloaded{
                    [&](const FixedJoint&) { Append(tree_body, M, {}, {}); },
                    [&](const PrescribedJoint& j) {
@@ -122,15 +53,13 @@ class Builder {
                      Append(tree_body, M, {}, {});
                    },
                    [&](const RevoluteJoint& j) {
-                     Append(Single(tree_body, JointType::kRevolute, j.axis, j.damping), M, {j.initial.angle},
-                            {j.initial.rate});
+                     AddOneDof(tree_body, JointType::kRevolute, j, M, j.initial.angle, j.initial.rate);
                    },
                    [&](const PrismaticJoint& j) {
-                     Append(Single(tree_body, JointType::kPrismatic, j.axis, j.damping), M, {j.initial.displacement},
-                            {j.initial.speed});
+                     AddOneDof(tree_body, JointType::kPrismatic, j, M, j.initial.displacement, j.initial.speed);
                    },
                    [&](const BallJoint& j) {
-                     AddBall(tree_body, M, j.damping, j.initial.orientation_rpy, j.initial.angular_velocity);
+                     AddBall(tree_body, M, MakeLaw(j), j.initial.orientation_rpy, j.initial.angular_velocity);
                    },
                    [&](const PlanarJoint& j) {
                      const auto& s = j.initial;
@@ -138,8 +67,8 @@ class Builder {
                                  {s.position.x()}, {s.velocity.x()}, &tree_body);
                      AddMassless(Single(tree_body, JointType::kPrismatic, Vector3d::UnitY(), j.linear_damping),
                                  {s.position.y()}, {s.velocity.y()}, &tree_body);
-                     Append(Single(tree_body, JointType::kRevolute, Vector3d::UnitZ(), j.angular_damping), M,
-                            {s.angle}, {s.angular_velocity});
+                     Append(Single(tree_body, JointType::kRevolute, Vector3d::UnitZ(), j.angular_damping), M, {s.angle},
+                            {s.angular_velocity});
                    },
                    [&](const FreeJoint& j) {
                      const auto& s = j.initial;
@@ -147,7 +76,7 @@ class Builder {
                      slide.joint = JointType::kTranslation;
                      AddMassless(slide, {s.position.x(), s.position.y(), s.position.z()},
                                  {s.velocity.x(), s.velocity.y(), s.velocity.z()}, &tree_body);
-                     AddBall(tree_body, M, 0.0, s.orientation_rpy, s.angular_velocity);
+                     AddBall(tree_body, M, JointLaw{}, s.orientation_rpy, s.angular_velocity);
                    },
                },
                body.joint.kind);
@@ -163,9 +92,21 @@ class Builder {
   SceneModel& model() { return model_; }
 
  private:
+  template <class OneDofJoint>
+  void AddOneDof(TreeBody body, JointType type, const OneDofJoint& joint, const Matrix6d& M, double q, double v) {
+    body.joint = type;
+    body.axis = joint.axis.normalized();
+    body.law = MakeLaw(joint);
+    const std::string name = body.name;
+    Append(std::move(body), M, {q}, {v});
+    if (!joint.actuator) return;
+    model_.tree.AddActuator(MakeActuator(*joint.actuator, model_.tree.size() - 1));
+    model_.actuators.push_back(MakeCommand(*joint.actuator, name));
+  }
+
   static TreeBody Single(TreeBody body, JointType joint, const Vector3d& axis, double damping) {
     body.joint = joint;
-    body.axis = axis.normalized();
+    body.axis = axis;
     body.law.damping = damping;
     return body;
   }
@@ -184,16 +125,15 @@ class Builder {
     next->X_PF = Pose{};
   }
 
-  void AddBall(TreeBody body, const Matrix6d& M, double damping, const Vector3d& rpy, const Vector3d& w_F) {
+  void AddBall(TreeBody body, const Matrix6d& M, const JointLaw& law, const Vector3d& rpy, const Vector3d& w_F) {
     body.joint = JointType::kBall;
-    body.law.damping = damping;
+    body.law = law;
     const Matrix3d R_FB = RotationFromRpy(rpy);
     const Eigen::Quaterniond q(R_FB);
     const Vector3d w_B = R_FB.transpose() * w_F;
     Append(body, M, {q.x(), q.y(), q.z(), q.w()}, {w_B.x(), w_B.y(), w_B.z()});
   }
 
-  const Scene& scene_;
   SceneModel model_;
   std::vector<double> q_;
   std::vector<double> v_;
@@ -206,68 +146,68 @@ const Body& FindBody(const Scene& scene, const std::string& name) {
   throw std::runtime_error(fmt::format("no body '{}'", name));
 }
 
+// `mesh`: of a designed body, else null.
 ContactGeometry MakeGeometry(const Shape& shape, const std::shared_ptr<const ContactMesh>& mesh) {
-  return std::visit(
-      Overloaded{[](const HalfSpaceShape&) -> ContactGeometry { return HalfSpaceGeometry{}; },
-                 [](const SphereShape& s) -> ContactGeometry { return SphereGeometry{s.radius, Vector3d::Zero()}; },
-                 [](const CapsuleShape& s) -> ContactGeometry {
-                   return CapsuleGeometry{s.radius, 0.5 * s.length, s.center};
-                 },
-                 [](const BoxShape& s) -> ContactGeometry { return BoxGeometry{0.5 * s.size, s.rounding, s.center}; },
-                 [&](const DesignedMeshShape&) -> ContactGeometry { return MeshGeometry{mesh}; }},
-      shape);
+  return std::visit(Overloaded{[](const HalfSpaceShape&) -> ContactGeometry { return HalfSpaceGeometry{}; },
+                               [](const SphereShape& s) -> ContactGeometry {
+                                 return SphereGeometry{s.radius, Vector3d::Zero()};
+                               },
+                               [](const CapsuleShape& s) -> ContactGeometry {
+                                 return CapsuleGeometry{s.radius, 0.5 * s.length, s.center};
+                               },
+                               [](const BoxShape& s) -> ContactGeometry {
+                                 return BoxGeometry{0.5 * s.size, s.rounding, s.center};
+                               },
+                               [&](const DesignedMeshShape&) -> ContactGeometry { return MeshGeometry{mesh}; }},
+                    shape);
 }
 
-ContactPair MakeContact(const Scene& scene, const SceneModel& model, const Contact& contact,
-                        const std::shared_ptr<const ContactMesh>& mesh) {
+void AddContact(const Scene& scene, const DesignedShapes& shapes, const Contact& contact, SceneModel* model) {
   ContactPair out;
+  std::string mesh_of;
   for (int k = 0; k < 2; ++k) {
     const Body& body = FindBody(scene, contact.bodies[k]);
     if (!body.shape) throw std::runtime_error(fmt::format("body '{}' has no shape to touch with", body.name));
-    out.bodies[k] = model.body_index.at(body.name);
-    out.shapes[k] = MakeGeometry(*body.shape, mesh);
+    const auto shape = shapes.find(body.name);
+    out.bodies[k] = model->body_index.at(body.name);
+    out.shapes[k] = MakeGeometry(*body.shape, shape == shapes.end() ? nullptr : shape->second.contact);
+    if (shape != shapes.end()) mesh_of = body.name;
   }
-  out.material = {contact.stiffness,  contact.damping,    contact.friction,
+  out.material = {contact.stiffness,          contact.damping,    contact.friction,
                   contact.rolling_resistance, contact.slip_speed, contact.stick_distance};
-  return out;
+  model->contacts.push_back(std::move(out));
+  model->contact_mesh_of.push_back(mesh_of);
 }
 
 }  // namespace
 
-SceneModel BuildModel(const Scene& scene, std::shared_ptr<const ContactMesh> mesh) {
-  Builder builder(scene);
+SceneModel BuildModel(const Scene& scene, const DesignedShapes& shapes) {
+  Builder builder(scene.gravity);
   // Parents first, else in the order of the file.
   std::vector<bool> added(scene.bodies.size(), false);
   for (std::size_t count = 0; count < scene.bodies.size(); ++count) {
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
       const Body& body = scene.bodies[i];
       if (added[i] || (body.parent != kWorldName && builder.model().body_index.count(body.parent) == 0)) continue;
-      builder.Add(body);
+      const auto shape = shapes.find(body.name);
+      builder.Add(body, shape == shapes.end() ? nullptr : &shape->second.of_unit_density);
       added[i] = true;
       break;
     }
   }
   SceneModel model = builder.Finish();
-  for (const Body& body : scene.bodies) {
-    const bool designed = body.shape && std::holds_alternative<DesignedMeshShape>(*body.shape);
-    if (designed && model.tree.IsDynamic(model.body_index.at(body.name))) {
-      throw std::runtime_error(fmt::format(
-          "body '{}': a designed mesh must be on a fixed or prescribed body; its mass would have to follow the design",
-          body.name));
-    }
-  }
-  for (const Contact& contact : scene.contacts) model.contacts.push_back(MakeContact(scene, model, contact, mesh));
+  for (const Contact& contact : scene.contacts) AddContact(scene, shapes, contact, &model);
   return model;
 }
 
-std::shared_ptr<const SurfaceSampling> MakeSampling(const Scene& scene, const TriangleMesh& reference) {
+std::shared_ptr<const SurfaceSampling> MakeSampling(const Scene& scene, const std::string& body,
+                                                    const TriangleMesh& reference) {
   double spacing = std::numeric_limits<double>::infinity();
   bool on_plane = false;
   for (const Contact& contact : scene.contacts) {
     for (int k = 0; k < 2; ++k) {
-      const std::optional<Shape>& shape = FindBody(scene, contact.bodies[k]).shape;
       const std::optional<Shape>& other = FindBody(scene, contact.bodies[1 - k]).shape;
-      if (!shape || !other || !std::holds_alternative<DesignedMeshShape>(*shape)) continue;
+      if (contact.bodies[k] != body || !other) continue;
       on_plane = on_plane || std::holds_alternative<HalfSpaceShape>(*other);
       spacing = std::min(spacing, CalcSampleSpacing(MakeGeometry(*other, nullptr)));
     }

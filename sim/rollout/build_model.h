@@ -1,4 +1,4 @@
-// Turns a scene and a designed mesh into what the simulator runs: a tree, contacts, an initial state.
+// Turns a scene and its designed shapes into what the simulator runs: a tree, contacts, an initial state.
 //
 // A free joint becomes a translation and a ball, a planar joint two prismatic ones and a revolute; the named body is
 // the last of them. Bodies may be listed in any order.
@@ -8,27 +8,48 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "sim/contact/contact_model.h"
+#include "sim/geometry/mass_properties.h"
 #include "sim/multibody/tree.h"
 #include "sim/scenarios/scene.h"
 
 namespace knap {
 
+// A designed body's shape at one theta, in its B.
+struct DesignedShape {
+  TriangleMesh mesh;
+  MassProperties of_unit_density;              // at 1 kg/m³
+  std::shared_ptr<const ContactMesh> contact;  // null where nothing touches it
+};
+using DesignedShapes = std::map<std::string, DesignedShape>;  // by the body's name
+
+// The control of one of the tree's actuators: center + half·u for a command u (joint_forces.h).
+struct ActuatorCommand {
+  std::string body;  // by whose name the actuator is known
+  double center = 0.0;
+  double half = 1.0;
+};
+
 struct SceneModel {
   Tree tree;
   std::vector<ContactPair> contacts;
-  std::map<std::string, int> body_index;  // name → index in the tree
+  std::vector<std::string> contact_mesh_of;  // for each contact: the body whose mesh it has, empty without a mesh
+  std::vector<ActuatorCommand> actuators;    // in the tree's order
+  std::map<std::string, int> body_index;     // name → index in the tree
+  std::map<std::string, int> joint_index;    // name → index of the body whose placement is that of the joint
   Eigen::VectorXd q0;
   Eigen::VectorXd v0;
 };
 
-// `mesh` is the designed body's, null without one. Throws std::runtime_error with one line naming what this simulator
-// cannot do: a designed body that moves freely, a contact of a body without a shape. Contacts that ContactModel refuses
+// `shapes` of all designed bodies. Throws std::runtime_error with one line naming what this simulator cannot do: a
+// contact of a body without a shape, a mass spread over a shape without a volume. Contacts that ContactModel refuses
 // are reported there.
-SceneModel BuildModel(const Scene& scene, std::shared_ptr<const ContactMesh> mesh);
+SceneModel BuildModel(const Scene& scene, const DesignedShapes& shapes);
 
-// The sample points that the contacts of the designed mesh need, on its initial shape; null when they need none.
-std::shared_ptr<const SurfaceSampling> MakeSampling(const Scene& scene, const TriangleMesh& reference);
+// The sample points that the contacts of a designed body need, on its initial shape; null when they need none.
+std::shared_ptr<const SurfaceSampling> MakeSampling(const Scene& scene, const std::string& body,
+                                                    const TriangleMesh& reference);
 
 }  // namespace knap

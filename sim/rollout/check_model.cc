@@ -29,8 +29,9 @@ class ModelChecker {
   void Check() {
     for (const Body& body : scene_.bodies) CheckBody(body);
     for (std::size_t i = 0; i < scene_.contacts.size(); ++i) CheckContact(i);
-    if (scene_.design) CheckDesign(*scene_.design);
-    if (scene_.controls) Report({"controls.actuators", "controls"}, "this simulator has no actuators to be driven");
+    if (scene_.design) {
+      for (const DesignedBody& body : scene_.design->bodies) CheckDesign(body);
+    }
   }
 
  private:
@@ -59,17 +60,11 @@ class ModelChecker {
   static std::string GetShapePath(const Body& body) { return "bodies." + body.name + ".shape.type"; }
 
   void CheckBody(const Body& body) {
-    if (body.name.empty()) return;
-    const Body* mover = FindMover(body);
-    if (HasShape<DesignedMeshShape>(body) && mover != nullptr) {
-      Report({GetShapePath(body), GetJointPath(*mover)},
-             fmt::format("a designed mesh needs a body that forces do not move, and the joint of {} lets them",
-                         mover->name));
+    if (!HasShape<DesignedMeshShape>(body) || !body.inertia || !std::holds_alternative<SolidInertia>(*body.inertia)) {
+      return;
     }
-    if (HasShape<DesignedMeshShape>(body) && body.inertia && !std::holds_alternative<ExplicitInertia>(*body.inertia)) {
-      Report({"bodies." + body.name + ".inertia.type", GetShapePath(body)},
-             "needs a sphere, capsule or box as shape; give an explicit inertia");
-    }
+    Report({"bodies." + body.name + ".inertia.type", GetShapePath(body)},
+           "the mass of a designed mesh follows from a density, or is given by an explicit inertia and stays");
   }
 
   void CheckContact(std::size_t i) {
@@ -79,30 +74,36 @@ class ModelChecker {
     if (a == nullptr || b == nullptr || a == b || !a->shape || !b->shape) return;  // reported by CheckScene
     if (HasShape<HalfSpaceShape>(*a) && HasShape<HalfSpaceShape>(*b)) {
       Report({path, GetShapePath(*a), GetShapePath(*b)}, "two half_spaces do not touch");
+    } else if (HasShape<DesignedMeshShape>(*a) && HasShape<DesignedMeshShape>(*b)) {
+      Report({path, GetShapePath(*a), GetShapePath(*b)},
+             "two designed meshes; one has to be a sphere, capsule, box or half_space");
     } else if (FindMover(*a) == nullptr && FindMover(*b) == nullptr) {
       Report({path, GetJointPath(*a), GetJointPath(*b)},
              fmt::format("forces move neither {} nor {}, so their contact does nothing", a->name, b->name));
     }
   }
 
-  void CheckDesign(const Design& design) {
-    const std::optional<TriangleMesh> mesh = CheckMesh("design.mesh", design.mesh, design.mesh_unit);
-    const std::optional<TriangleMesh> cage = CheckMesh("design.cage", design.cage, design.mesh_unit);
+  void CheckDesign(const DesignedBody& body) {
+    const std::string path = "design.bodies." + body.name;
+    CheckMesh(path, "mesh", body.mesh, body.mesh_unit);
+    const std::optional<TriangleMesh> cage = CheckMesh(path, "cage", body.cage, body.mesh_unit);
     if (!cage) return;
     const std::size_t count = cage->vertices.size();
-    for (const VertexGroup& group : design.vertex_groups) {
+    for (const VertexGroup& group : body.vertex_groups) {
       for (std::size_t k = 0; k < group.vertices.size(); ++k) {
         if (static_cast<std::size_t>(group.vertices[k]) < count) continue;
-        Report({fmt::format("design.vertex_groups.{}.vertices[{}]", group.name, k), "design.cage"},
+        Report({fmt::format("{}.vertex_groups.{}.vertices[{}]", path, group.name, k), path + ".cage"},
                fmt::format("the cage has {} vertices, 0 to {}", count, count - 1));
       }
     }
   }
 
   // Empty when the file is missing or no mesh.
-  std::optional<TriangleMesh> CheckMesh(const std::string& field, const std::string& file, double unit) {
+  std::optional<TriangleMesh> CheckMesh(const std::string& path, const char* key, const std::string& file,
+                                        double unit) {
     const auto bytes = files_.find(file);
-    if (bytes == files_.end() || log_.HasFailedNear(field) || log_.HasFailedNear("design.mesh_unit")) return {};
+    const std::string field = path + "." + key;
+    if (bytes == files_.end() || log_.HasFailedNear(field) || log_.HasFailedNear(path + ".mesh_unit")) return {};
     try {
       TriangleMesh mesh = ReadMesh(file, bytes->second, unit);
       const MeshDefects defects = FindDefects(mesh);

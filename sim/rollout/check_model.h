@@ -1,4 +1,4 @@
-// What the simulator and the designed mesh ask of a scenario beyond what its format says, with the place in the file.
+// What the simulator and the designed meshes ask of a scenario beyond what its format says, with the place in the file.
 #pragma once
 
 #include "sim/scenarios/scenario_files.h"
@@ -6,8 +6,8 @@
 namespace knap {
 
 // Adds to scenario.parsed.log:
-// - contacts other than of a sphere with a half-space or the designed mesh, and surfaces that forces move;
-// - a designed mesh that forces move; an inertia from a shape that is no sphere;
+// - contacts of two half-spaces or two designed meshes, and contacts that do nothing since forces move neither body;
+// - a designed mesh with a solid inertia;
 // - mesh and cage files that hold no mesh or one that is not closed, and numbers that are no vertex of the cage.
 // May follow a LoadScenario that found errors: it tells nothing twice. Reads the meshes; touches no disk.
 //

@@ -2,8 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 namespace knap {
 namespace {
@@ -15,6 +19,14 @@ Eigen::Map<const Eigen::MatrixXd> ViewByActuator(const Controls& controls, const
     throw std::invalid_argument(fmt::format("{} control values for {} actuators", a.size(), rows));
   }
   return {a.data(), rows, a.size() / rows};
+}
+
+// Which row of the commands drives an actuator of the model; −1 where none does.
+Eigen::Index FindCommand(const Scene& scene, const ActuatorCommand& actuator) {
+  if (!scene.controls) return -1;
+  const std::vector<std::string>& driven = scene.controls->actuators;
+  const auto found = std::find(driven.begin(), driven.end(), actuator.body);
+  return found == driven.end() ? -1 : found - driven.begin();
 }
 
 }  // namespace
@@ -47,6 +59,31 @@ Eigen::VectorXd PullBackCommands(const Controls& controls, const Eigen::VectorXd
   Eigen::MatrixXd bar_a = bar_u;
   if (controls.squash == Squash::kTanh) bar_a.array() *= 1.0 - u.array().square();  // tanh' = 1 − tanh²
   return bar_a.reshaped();
+}
+
+ControlSequence MakeControlSequence(const Scene& scene, const SceneModel& model, const Eigen::MatrixXd& u) {
+  ControlSequence out;
+  if (model.actuators.empty()) return out;
+  if (scene.controls) out.steps_per_interval = CalcHoldSteps(*scene.controls, scene.rollout);
+  out.values.resize(static_cast<Eigen::Index>(model.actuators.size()), std::max<Eigen::Index>(u.cols(), 1));
+  for (Eigen::Index row = 0; row < out.values.rows(); ++row) {
+    const ActuatorCommand& actuator = model.actuators[static_cast<std::size_t>(row)];
+    out.values.row(row).setConstant(actuator.center);
+    const Eigen::Index k = FindCommand(scene, actuator);
+    if (k >= 0) out.values.row(row) += actuator.half * u.row(k);
+  }
+  return out;
+}
+
+Eigen::MatrixXd PullBackControlSequence(const Scene& scene, const SceneModel& model,
+                                        const Eigen::MatrixXd& bar_values) {
+  Eigen::MatrixXd bar_u(static_cast<Eigen::Index>(scene.controls->actuators.size()), bar_values.cols());
+  for (Eigen::Index row = 0; row < bar_values.rows(); ++row) {
+    const ActuatorCommand& actuator = model.actuators[static_cast<std::size_t>(row)];
+    const Eigen::Index k = FindCommand(scene, actuator);
+    if (k >= 0) bar_u.row(k) = actuator.half * bar_values.row(row);
+  }
+  return bar_u;
 }
 
 }  // namespace knap

@@ -9,6 +9,8 @@
 
 #include <Eigen/Core>
 
+#include "sim/integrators/control_sequence.h"
+#include "sim/rollout/build_model.h"
 #include "sim/scenarios/scene.h"
 
 namespace knap {
@@ -20,11 +22,17 @@ int CountIntervals(const Controls& controls, const Rollout& rollout);
 // Number of control values of a scene: actuators times intervals; 0 without a section `controls`.
 int CountControls(const Scene& scene);
 
-// u: a row an actuator, a column an interval. a: CountControls values; throws std::invalid_argument when the number
-// does not fit the number of actuators.
+// u: a row a driven actuator, a column an interval. a: CountControls values; throws std::invalid_argument when the
+// number does not fit the number of actuators.
 Eigen::MatrixXd CalcCommands(const Controls& controls, const Eigen::VectorXd& a);
 
 // bar_a from bar_u, the sum over an interval's steps of dloss/du: same shapes as above.
 Eigen::VectorXd PullBackCommands(const Controls& controls, const Eigen::VectorXd& a, const Eigen::MatrixXd& bar_u);
+
+// What the model's actuators get: commands u (no rows without a section `controls`), 0 for those that are not driven.
+ControlSequence MakeControlSequence(const Scene& scene, const SceneModel& model, const Eigen::MatrixXd& u);
+
+// bar_u from the cotangents of MakeControlSequence's values; needs a section `controls`.
+Eigen::MatrixXd PullBackControlSequence(const Scene& scene, const SceneModel& model, const Eigen::MatrixXd& bar_values);
 
 }  // namespace knap

@@ -8,7 +8,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "sim/geometry/mesh_io.h"
+#include "sim/math/overloaded.h"
+#include "sim/rollout/point_target.h"
 #include "sim/scenarios/numeric_keys.h"
 #include "sim/scenarios/scenario_files.h"
 
@@ -18,29 +19,8 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr std::size_t kCachedMeshes = 4;
+constexpr std::size_t kCachedShapes = 4;
 constexpr std::size_t kCachedReferences = 64;
-
-CageDesign MakeCageDesign(const Design& design, const std::map<std::string, std::string>& files) {
-  TriangleMesh mesh = ReadMesh(design.mesh, files.at(design.mesh), design.mesh_unit);
-  TriangleMesh cage = ReadMesh(design.cage, files.at(design.cage), design.mesh_unit);
-  VectorXd theta(design.parameters.size());
-  std::map<std::string, int> parameter_index;
-  for (std::size_t i = 0; i < design.parameters.size(); ++i) {
-    theta(static_cast<Eigen::Index>(i)) = design.parameters[i].initial;
-    parameter_index[design.parameters[i].name] = static_cast<int>(i);
-  }
-  std::vector<VertexMove> moves;
-  for (const auto& move : design.moves) {
-    for (const auto& group : design.vertex_groups) {
-      if (group.name != move.group) continue;
-      for (const auto vertex : group.vertices) {
-        moves.push_back({parameter_index.at(move.parameter), static_cast<int>(vertex), move.direction});
-      }
-    }
-  }
-  return CageDesign(std::move(mesh), std::move(cage), std::move(theta), moves);
-}
 
 SimulationOptions MakeOptions(const Rollout& rollout) {
   SimulationOptions options;
@@ -55,53 +35,46 @@ SimulationOptions MakeOptions(const Rollout& rollout) {
 }  // namespace
 
 RolloutModel::RolloutModel(const std::map<std::string, std::string>& files) : scene_(ParseScenarioFiles(files)) {
-  if (scene_.design) {
-    design_ = MakeCageDesign(*scene_.design, files);
-    sampling_ = MakeSampling(scene_, design_->initial_mesh());
-    parameter_ranges_.resize(num_parameters());
-    for (int i = 0; i < num_parameters(); ++i) {
-      const DesignParameter& parameter = scene_.design->parameters[static_cast<std::size_t>(i)];
-      parameter_ranges_(i) = parameter.upper - parameter.lower;
-    }
-  }
+  if (scene_.design) design_.emplace(scene_, files);
   // Whatever this simulator cannot do shows now, not in the first rollout.
-  if (scene_.controls) throw std::runtime_error("controls: this simulator has no actuators to be driven");
-  ContactModel(BuildModel(scene_, design_ ? GetMesh(design_->initial_theta()) : nullptr).contacts);
+  ContactModel(BuildModel(scene_, *GetShapes(design_ ? design_->initial_theta() : VectorXd())).contacts);
 }
 
-std::shared_ptr<const ContactMesh> RolloutModel::GetMesh(const VectorXd& theta) {
-  if (!design_) return nullptr;
-  for (auto it = meshes_.begin(); it != meshes_.end(); ++it) {
+std::shared_ptr<const DesignedShapes> RolloutModel::GetShapes(const VectorXd& theta) {
+  for (auto it = shapes_.begin(); it != shapes_.end(); ++it) {
     if (it->first == theta) {
-      meshes_.splice(meshes_.begin(), meshes_, it);
-      return meshes_.front().second;
+      shapes_.splice(shapes_.begin(), shapes_, it);
+      return shapes_.front().second;
     }
   }
-  meshes_.emplace_front(theta, std::make_shared<ContactMesh>(design_->CalcMesh(theta), sampling_));
-  if (meshes_.size() > kCachedMeshes) meshes_.pop_back();
-  return meshes_.front().second;
+  shapes_.emplace_front(theta,
+                        std::make_shared<DesignedShapes>(design_ ? design_->CalcShapes(theta) : DesignedShapes{}));
+  if (shapes_.size() > kCachedShapes) shapes_.pop_back();
+  return shapes_.front().second;
 }
 
-Scene RolloutModel::MakeVariedScene(const std::vector<double>& variation) const {
-  Scene varied = scene_;
-  ApplyVariation(varied, variation);
-  return varied;
-}
-
-RolloutModel::Simulated RolloutModel::Simulate(const VectorXd& theta, const Scene& varied,
+RolloutModel::Simulated RolloutModel::Simulate(const VectorXd& theta, const VectorXd& controls,
+                                               const std::vector<double>& variation,
                                                const std::function<void(int)>& progress) {
-  Simulated out;
-  out.model = BuildModel(varied, GetMesh(theta));
-  out.dynamics = std::make_unique<Dynamics>(out.model.tree);
-  out.contacts = std::make_unique<ContactModel>(out.model.contacts);
-  SimulationOptions options = MakeOptions(varied.rollout);
+  Simulated s;
+  s.scene = scene_;
+  ApplyVariation(s.scene, variation);
+  s.moved = s.scene;
+  if (design_) design_->MoveAttachments(theta, &s.moved);
+  s.shapes = GetShapes(theta);
+  s.model = BuildModel(s.moved, *s.shapes);
+  if (s.scene.controls) s.commands = CalcCommands(*s.scene.controls, controls);
+  s.dynamics = std::make_unique<Dynamics>(s.model.tree);
+  s.contacts = std::make_unique<ContactModel>(s.model.contacts);
+  SimulationOptions options = MakeOptions(s.scene.rollout);
   options.progress = progress;
-  out.trajectory = std::make_unique<Trajectory>(
-      Simulator(out.dynamics.get(), out.contacts.get()).Run(out.model.q0, out.model.v0, options));
-  return out;
+  s.trajectory = std::make_unique<Trajectory>(
+      Simulator(s.dynamics.get(), s.contacts.get())
+          .Run(s.model.q0, s.model.v0, options, MakeControlSequence(s.scene, s.model, s.commands)));
+  return s;
 }
 
-const RolloutModel::Reference& RolloutModel::GetReference(const RolloutInput& input, const Scene& varied) {
+const RolloutModel::Reference& RolloutModel::GetReference(const RolloutInput& input) {
   for (auto it = references_.begin(); it != references_.end(); ++it) {
     if (it->theta == input.theta_reference && it->controls == input.controls_reference &&
         it->variation == input.variation) {
@@ -110,12 +83,11 @@ const RolloutModel::Reference& RolloutModel::GetReference(const RolloutInput& in
     }
   }
   Reference reference{input.theta_reference, input.controls_reference, input.variation, {}};
-  const Simulated simulated = Simulate(input.theta_reference, varied, {});
-  if (simulated.trajectory->certificate.converged) {
-    for (const DistillationTerm& term : varied.loss.distillation) {
+  const Simulated s = Simulate(input.theta_reference, input.controls_reference, input.variation, {});
+  if (s.trajectory->certificate.converged) {
+    for (const DistillationTerm& term : s.scene.loss.distillation) {
       const auto& match = std::get<PositionMatchLoss>(term);
-      reference.paths.push_back(
-          TraceBody(*simulated.trajectory, simulated.model.body_index.at(match.body), simulated.dynamics.get()));
+      reference.paths.push_back(TraceBody(*s.trajectory, s.model.body_index.at(match.body), s.dynamics.get()));
     }
   }
   references_.push_front(std::move(reference));
@@ -123,15 +95,16 @@ const RolloutModel::Reference& RolloutModel::GetReference(const RolloutInput& in
   return references_.front();
 }
 
-RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<void(int, int)>& progress) {
+void RolloutModel::CheckInput(const RolloutInput& input) const {
   const int d = num_parameters();
-  if (input.theta.size() != d || (input.theta_reference.size() != 0 && input.theta_reference.size() != d)) {
+  const int c = num_controls();
+  const auto fits = [](Eigen::Index size, int expected, bool wanted) { return size == (wanted ? expected : 0); };
+  const bool distill = input.theta_reference.size() > 0 || input.controls_reference.size() > 0;
+  if (!fits(input.theta.size(), d, true) || !fits(input.theta_reference.size(), d, distill)) {
     throw std::invalid_argument(fmt::format("theta has {} values, theta_reference {}; the scenario has {} parameters",
                                             input.theta.size(), input.theta_reference.size(), d));
   }
-  const bool distill = d > 0 ? input.theta_reference.size() > 0 : input.controls_reference.size() > 0;
-  const Eigen::Index c = num_controls();
-  if (input.controls.size() != c || input.controls_reference.size() != (distill ? c : 0)) {
+  if (!fits(input.controls.size(), c, true) || !fits(input.controls_reference.size(), c, distill)) {
     throw std::invalid_argument(
         fmt::format("controls has {} values, controls_reference {}; the scenario has {} controls",
                     input.controls.size(), input.controls_reference.size(), c));
@@ -142,17 +115,83 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
   if (!input.controls.allFinite() || !input.controls_reference.allFinite()) {
     throw std::invalid_argument("controls are not finite");
   }
-  const double start = clock ? clock() : 0.0;
-  const Scene varied = MakeVariedScene(input.variation);
-  const int total = static_cast<int>(std::llround(varied.rollout.horizon / varied.rollout.step));
-  const Reference* reference = distill ? &GetReference(input, varied) : nullptr;
+}
 
-  Simulated s =
-      Simulate(input.theta, varied, progress ? [&](int done) { progress(done, total); } : std::function<void(int)>());
+double RolloutModel::EvaluateTask(const Simulated& s, Cotangents* bar) const {
+  double loss = 0.0;
+  for (std::size_t i = 0; i < s.moved.loss.task.size(); ++i) {
+    loss += std::visit(
+        Overloaded{[&](const CrossingLoss& term) {
+                     const int body = s.model.body_index.at(term.opening.body);
+                     return EvaluateCrossingLoss(term, TraceBody(*s.trajectory, body, s.dynamics.get()), &bar->states);
+                   },
+                   [&](const ControlCostLoss& term) {
+                     bar->commands += 2.0 * term.weight * s.commands;
+                     return term.weight * s.commands.squaredNorm();
+                   },
+                   [&](const PointTargetLoss& term) {
+                     PointCotangent point;
+                     point.body = term.body;
+                     point.p_B = std::get<PointTargetLoss>(s.scene.loss.task[i]).point;
+                     const double value = EvaluatePointTarget(term, s.scene.rollout.step, *s.trajectory,
+                                                              s.model.body_index.at(term.body), s.dynamics.get(),
+                                                              &bar->states, &point.bar_B);
+                     bar->points.push_back(point);
+                     return value;
+                   }},
+        s.moved.loss.task[i]);
+  }
+  return loss;
+}
+
+double RolloutModel::EvaluateDistillation(const Simulated& s, const std::vector<BodyPath>& reference,
+                                          Cotangents* bar) const {
+  double loss = 0.0;
+  for (std::size_t i = 0; i < reference.size(); ++i) {
+    const auto& match = std::get<PositionMatchLoss>(s.scene.loss.distillation[i]);
+    const BodyPath path = TraceBody(*s.trajectory, s.model.body_index.at(match.body), s.dynamics.get());
+    loss += EvaluatePositionMatch(match, s.scene.rollout.step, path, reference[i], &bar->states);
+  }
+  return loss;
+}
+
+void RolloutModel::AddGradient(const VectorXd& controls, const Simulated& s, Cotangents* bar,
+                               RolloutOutput* out) const {
+  std::stable_sort(bar->states.begin(), bar->states.end(),
+                   [](const StateCotangent& a, const StateCotangent& b) { return a.state < b.state; });
+  out->gradient = VectorXd::Zero(num_parameters());
+  if (!bar->states.empty()) {
+    const TrajectoryGradient gradient = SweepAdjoint(*s.trajectory, bar->states, s.dynamics.get(), s.contacts.get());
+    out->loss_rounding = gradient.loss_rounding;
+    out->certificate.finite = out->certificate.finite && gradient.finite;
+    out->certificate.converged = out->certificate.converged && gradient.solvable;
+    if (design_) out->gradient = design_->PullBack(s.scene, *s.shapes, s.model, gradient, bar->points);
+    if (s.scene.controls) bar->commands += PullBackControlSequence(s.scene, s.model, gradient.controls);
+  }
+  if (s.scene.controls) out->control_gradient = PullBackCommands(*s.scene.controls, controls, bar->commands);
+  if (bar->states.empty()) return;
+  // A gradient of zero is one that nothing contests: what the tool never touched.
+  double g = 0.0;
+  if (design_) g = (out->gradient.array() * design_->ranges().array()).abs().maxCoeff();
+  if (s.scene.controls) {
+    const double range = s.scene.controls->upper - s.scene.controls->lower;
+    g = std::max(g, range * out->control_gradient.lpNorm<Eigen::Infinity>());
+  }
+  out->smooth = g == 0.0 || out->loss_rounding <= kLargestSmoothRounding * g;
+}
+
+RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<void(int, int)>& progress) {
+  CheckInput(input);
+  const double start = clock ? clock() : 0.0;
+  const bool distill = input.theta_reference.size() > 0 || input.controls_reference.size() > 0;
+  const Reference* reference = distill ? &GetReference(input) : nullptr;
+  const int total = static_cast<int>(std::llround(scene_.rollout.horizon / scene_.rollout.step));
+  const Simulated s = Simulate(input.theta, input.controls, input.variation,
+                               progress ? [&](int done) { progress(done, total); } : std::function<void(int)>());
   RolloutOutput out;
   out.certificate = s.trajectory->certificate;
   out.steps = s.trajectory->whole_steps();
-  if (distill && reference->paths.size() != varied.loss.distillation.size()) out.certificate.converged = false;
+  if (distill && reference->paths.size() != s.scene.loss.distillation.size()) out.certificate.converged = false;
   if (!out.certificate.converged) {
     out.loss = std::numeric_limits<double>::quiet_NaN();
     out.certificate.finite = false;
@@ -160,52 +199,25 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
     gradient_s = 0.0;
     return out;
   }
-  const auto trace = [&](const std::string& body) {
-    return TraceBody(*s.trajectory, s.model.body_index.at(body), s.dynamics.get());
-  };
-  std::vector<StateCotangent> cotangents;
-  if (distill) {
-    for (std::size_t i = 0; i < varied.loss.distillation.size(); ++i) {
-      const auto& match = std::get<PositionMatchLoss>(varied.loss.distillation[i]);
-      out.loss +=
-          EvaluatePositionMatch(match, varied.rollout.step, trace(match.body), reference->paths[i], &cotangents);
-    }
-  } else {
-    for (const TaskTerm& term : varied.loss.task) {
-      const auto& crossing = std::get<CrossingLoss>(term);
-      out.loss += EvaluateCrossingLoss(crossing, trace(crossing.opening.body), &cotangents);
-    }
-  }
-  if (varied.success) {
-    const auto& test = std::get<CrossesOpening>(*varied.success);
-    out.success = CrossesInside(test.opening, trace(test.opening.body));
+  Cotangents bar;
+  bar.commands.setZero(s.commands.rows(), s.commands.cols());
+  out.loss = distill ? EvaluateDistillation(s, reference->paths, &bar) : EvaluateTask(s, &bar);
+  if (s.scene.success) {
+    const Opening& opening = std::get<CrossesOpening>(*s.scene.success).opening;
+    const int body = s.model.body_index.at(opening.body);
+    out.success = CrossesInside(opening, TraceBody(*s.trajectory, body, s.dynamics.get()));
   }
   out.certificate.finite = std::isfinite(out.loss);
   const double middle = clock ? clock() : 0.0;
   forward_s = middle - start;
-  if (input.want_gradient) {
-    std::stable_sort(cotangents.begin(), cotangents.end(),
-                     [](const StateCotangent& a, const StateCotangent& b) { return a.state < b.state; });
-    out.gradient = VectorXd::Zero(d);
-    if (!cotangents.empty()) {
-      const TrajectoryGradient gradient = SweepAdjoint(*s.trajectory, cotangents, s.dynamics.get(), s.contacts.get());
-      out.loss_rounding = gradient.loss_rounding;
-      out.certificate.finite = out.certificate.finite && gradient.finite;
-      out.certificate.converged = out.certificate.converged && gradient.solvable;
-      for (const Eigen::Matrix3Xd& vertices : gradient.vertices) {
-        if (vertices.cols() > 0) out.gradient += design_->PullBack(vertices);
-      }
-      // A gradient of zero is one that nothing contests: what the tool never touched.
-      const double g = d > 0 ? (out.gradient.array() * parameter_ranges_.array()).abs().maxCoeff() : 0.0;
-      out.smooth = g == 0.0 || out.loss_rounding <= kLargestSmoothRounding * g;
-    }
-  }
+  if (input.want_gradient) AddGradient(input.controls, s, &bar, &out);
   gradient_s = clock ? clock() - middle : 0.0;
   return out;
 }
 
-BodyPath RolloutModel::Trace(const VectorXd& theta, const std::vector<double>& variation, const std::string& body) {
-  const Simulated s = Simulate(theta, MakeVariedScene(variation), {});
+BodyPath RolloutModel::Trace(const RolloutInput& input, const std::string& body) {
+  CheckInput(input);
+  const Simulated s = Simulate(input.theta, input.controls, input.variation, {});
   return TraceBody(*s.trajectory, s.model.body_index.at(body), s.dynamics.get());
 }
 

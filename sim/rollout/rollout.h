@@ -13,10 +13,10 @@
 #include <string>
 #include <vector>
 
-#include "sim/morphology/cage_design.h"
 #include "sim/rollout/build_model.h"
 #include "sim/rollout/control_commands.h"
 #include "sim/rollout/loss_terms.h"
+#include "sim/rollout/scene_design.h"
 #include "sim/scenarios/scene.h"
 
 namespace knap {
@@ -27,12 +27,12 @@ namespace knap {
 inline constexpr double kLargestSmoothRounding = 5e-12;
 
 struct RolloutInput {
-  Eigen::VectorXd theta;               // d design parameters
-  Eigen::VectorXd controls;            // num_controls(), as in control_commands.h; empty where nothing is driven
-  Eigen::VectorXd theta_reference;     // empty: task loss; d values: distillation against the trajectory at these …
-  Eigen::VectorXd controls_reference;  // … and at these controls
-  std::vector<double> variation;       // one value a varied key, SI
+  Eigen::VectorXd theta;            // d design parameters
+  Eigen::VectorXd theta_reference;  // empty: task loss; d values: distillation against the trajectory at these …
+  std::vector<double> variation;    // one value a varied key, SI
   bool want_gradient = true;
+  Eigen::VectorXd controls{};            // num_controls(), as in control_commands.h; empty where nothing is driven
+  Eigen::VectorXd controls_reference{};  // … and at these controls
 };
 
 struct RolloutOutput {
@@ -42,7 +42,7 @@ struct RolloutOutput {
   Eigen::VectorXd control_gradient;  // num_controls(), or empty
   SimulationCertificate certificate;
   double loss_rounding = 0.0;  // what rounding does to the loss, estimated (adjoint.h); 0 without a gradient
-  bool smooth = true;          // loss_rounding ≤ kLargestSmoothRounding · ‖g‖∞
+  bool smooth = true;          // loss_rounding ≤ kLargestSmoothRounding · ‖g‖∞, g of design and controls
   int steps = 0;               // whole steps simulated
 };
 
@@ -54,13 +54,13 @@ class RolloutModel {
   const Scene& scene() const { return scene_; }
   int num_parameters() const { return design_ ? design_->num_parameters() : 0; }
   int num_controls() const { return CountControls(scene_); }
-  const std::optional<CageDesign>& design() const { return design_; }
+  const std::optional<SceneDesign>& design() const { return design_; }
 
   // Throws std::invalid_argument when sizes do not fit the scenario. `progress` may be empty.
   RolloutOutput Run(const RolloutInput& input, const std::function<void(int done, int total)>& progress);
 
-  // Paths of one body without any loss, for pictures.
-  BodyPath Trace(const Eigen::VectorXd& theta, const std::vector<double>& variation, const std::string& body);
+  // The path of one body without any loss, for pictures, at theta, controls and variation of `input`.
+  BodyPath Trace(const RolloutInput& input, const std::string& body);
 
   // Wall time of the last Run's parts, by the caller's clock (seconds since any origin); zero without one.
   std::function<double()> clock;
@@ -69,14 +69,29 @@ class RolloutModel {
 
  private:
   struct Simulated {
+    Scene scene;                                   // varied, with attachments where the file has them
+    Scene moved;                                   // with attachments where theta has them
+    std::shared_ptr<const DesignedShapes> shapes;  // empty without a design
+    Eigen::MatrixXd commands;                      // u, a row a driven actuator, a column an interval
     SceneModel model;
     std::unique_ptr<Dynamics> dynamics;
     std::unique_ptr<ContactModel> contacts;
     std::unique_ptr<Trajectory> trajectory;
   };
-  Simulated Simulate(const Eigen::VectorXd& theta, const Scene& varied, const std::function<void(int)>& progress);
-  std::shared_ptr<const ContactMesh> GetMesh(const Eigen::VectorXd& theta);
-  Scene MakeVariedScene(const std::vector<double>& variation) const;
+  // What losses put on one rollout.
+  struct Cotangents {
+    std::vector<StateCotangent> states;
+    std::vector<PointCotangent> points;
+    Eigen::MatrixXd commands;  // like Simulated::commands
+  };
+
+  void CheckInput(const RolloutInput& input) const;
+  std::shared_ptr<const DesignedShapes> GetShapes(const Eigen::VectorXd& theta);
+  Simulated Simulate(const Eigen::VectorXd& theta, const Eigen::VectorXd& controls,
+                     const std::vector<double>& variation, const std::function<void(int)>& progress);
+  double EvaluateTask(const Simulated& s, Cotangents* bar) const;
+  double EvaluateDistillation(const Simulated& s, const std::vector<BodyPath>& reference, Cotangents* bar) const;
+  void AddGradient(const Eigen::VectorXd& controls, const Simulated& s, Cotangents* bar, RolloutOutput* out) const;
 
   // Reference paths of one (theta, controls, variation), one a distillation term; empty when the reference failed.
   struct Reference {
@@ -84,13 +99,11 @@ class RolloutModel {
     std::vector<double> variation;
     std::vector<BodyPath> paths;
   };
-  const Reference& GetReference(const RolloutInput& input, const Scene& varied);
+  const Reference& GetReference(const RolloutInput& input);
 
   Scene scene_;
-  std::optional<CageDesign> design_;
-  std::shared_ptr<const SurfaceSampling> sampling_;  // of the designed mesh
-  Eigen::VectorXd parameter_ranges_;  // upper − lower
-  std::list<std::pair<Eigen::VectorXd, std::shared_ptr<const ContactMesh>>> meshes_;
+  std::optional<SceneDesign> design_;
+  std::list<std::pair<Eigen::VectorXd, std::shared_ptr<const DesignedShapes>>> shapes_;
   std::list<Reference> references_;
 };
 

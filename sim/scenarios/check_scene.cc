@@ -5,7 +5,9 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <set>
+#include <type_traits>
 #include <utility>
 
 #include "sim/scenarios/numeric_keys.h"
@@ -62,6 +64,9 @@ class SceneChecker {
              "a body that forces move needs an inertia; only fixed and prescribed ones do without");
     }
     if (body.inertia) CheckInertia(body, path + ".inertia");
+    if (body.joint.attachment && !(scene_.design && CountDesigns(body.parent) > 0)) {
+      Report({path + ".joint.attachment", path + ".parent"}, "only a designed parent has a mesh that joints move with");
+    }
     if (const BoxShape* box = body.shape ? std::get_if<BoxShape>(&*body.shape) : nullptr) {
       const double most = 0.5 * box->size.minCoeff();
       if (box->rounding > most) {
@@ -73,9 +78,23 @@ class SceneChecker {
         [&](const auto& joint) {
           if constexpr (requires { joint.axis; }) {
             if (joint.axis.norm() == 0.0) Report({path + ".joint.axis"}, "must not be zero");
+            CheckOneDofJoint(joint, path + ".joint");
           }
         },
         body.joint.kind);
+  }
+
+  template <class OneDofJoint>
+  void CheckOneDofJoint(const OneDofJoint& joint, const std::string& path) {
+    const Dimension dimension = std::is_same_v<OneDofJoint, RevoluteJoint> ? kAngle : kLength;
+    const auto check = [&](const auto& range, const std::string& section) {
+      if (range.lower < range.upper) return;
+      Report({section + ".lower", section + ".upper"},
+             fmt::format("must be less than upper, {}", FormatQuantity(range.upper, dimension)));
+    };
+    if (joint.limits) check(*joint.limits, path + ".limits");
+    const PositionActuator* position = joint.actuator ? std::get_if<PositionActuator>(&*joint.actuator) : nullptr;
+    if (position != nullptr) check(*position, path + ".actuator");
   }
 
   void CheckAncestors(const Body& body, const std::string& path) {
@@ -141,46 +160,66 @@ class SceneChecker {
   }
 
   void CheckDesign() {
-    std::vector<const Body*> designed;
     for (const Body& body : scene_.bodies) {
-      if (body.shape && std::holds_alternative<DesignedMeshShape>(*body.shape)) designed.push_back(&body);
-    }
-    for (std::size_t i = 0; i < designed.size(); ++i) {
-      const std::string path = fmt::format("bodies.{}.shape.type", designed[i]->name);
-      if (i > 0) Report({path}, fmt::format("only one body may be designed, and {} is", designed[0]->name));
-      if (!scene_.design) Report({path, "design"}, "needs a section 'design' that gives the mesh");
+      if (!body.shape || !std::holds_alternative<DesignedMeshShape>(*body.shape)) continue;
+      const std::string path = fmt::format("bodies.{}.shape.type", body.name);
+      if (!scene_.design) {
+        Report({path, "design"}, "needs a section 'design' that gives the mesh");
+      } else if (CountDesigns(body.name) == 0 && !log_.HasFailedNear("design.bodies")) {
+        Report({path, "design.bodies"}, "needs an entry of design.bodies that gives the mesh");
+      }
     }
     if (!scene_.design) return;
-    const Design& design = *scene_.design;
-    const Body* body = FindBody(design.body);
-    if (body != nullptr && std::find(designed.begin(), designed.end(), body) == designed.end()) {
-      Report({"design.body", "bodies." + design.body + ".shape"},
+    for (const DesignedBody& body : scene_.design->bodies) CheckDesignedBody(body);
+    for (const DesignParameter& parameter : scene_.design->parameters) CheckParameter(parameter);
+  }
+
+  std::ptrdiff_t CountDesigns(const std::string& name) const {
+    const std::vector<DesignedBody>& bodies = scene_.design->bodies;
+    return std::count_if(bodies.begin(), bodies.end(), [&](const DesignedBody& b) { return b.name == name; });
+  }
+
+  void CheckDesignedBody(const DesignedBody& designed) {
+    const Body* body = FindBody(designed.name);
+    if (body == nullptr) return;
+    const std::string path = "design.bodies." + designed.name;
+    if (!body->shape || !std::holds_alternative<DesignedMeshShape>(*body->shape)) {
+      Report({path + ".name", "bodies." + designed.name + ".shape"},
              "the shape of this body must be of type designed_mesh");
     }
-    for (const DesignParameter& parameter : design.parameters) CheckParameter(parameter);
-    for (const VertexGroup& group : design.vertex_groups) {
+    if (CountDesigns(designed.name) > 1) Report({path + ".name"}, "is given twice");
+    for (const VertexGroup& group : designed.vertex_groups) {
       if (HasRepeats(group.vertices)) {
-        Report({"design.vertex_groups." + group.name + ".vertices"}, "names a vertex twice");
+        Report({path + ".vertex_groups." + group.name + ".vertices"}, "names a vertex twice");
       }
+    }
+    for (std::size_t i = 0; i < designed.moves.size(); ++i) {
+      const std::string& name = designed.moves[i].group;
+      const bool own = std::any_of(designed.vertex_groups.begin(), designed.vertex_groups.end(),
+                                   [&](const VertexGroup& group) { return group.name == name; });
+      const std::string move = fmt::format("{}.moves[{}].group", path, i);
+      if (!own && !log_.HasFailedNear(move)) Report({move}, "is a vertex group of another body");
     }
   }
 
   void CheckParameter(const DesignParameter& parameter) {
     if (parameter.name.empty()) return;
     const std::string path = "design.parameters." + parameter.name;
+    const Dimension dimension = parameter.kind == ParameterKind::kStretch ? kDimensionless : kLength;
     if (parameter.lower >= parameter.upper) {
       Report({path + ".lower", path + ".upper"},
-             fmt::format("must be less than upper, {}", FormatQuantity(parameter.upper, kLength)));
+             fmt::format("must be less than upper, {}", FormatQuantity(parameter.upper, dimension)));
     } else if (parameter.initial < parameter.lower || parameter.initial > parameter.upper) {
       Report({path + ".initial", path + ".lower", path + ".upper"},
-             fmt::format("must lie from lower, {}, to upper, {}", FormatQuantity(parameter.lower, kLength),
-                         FormatQuantity(parameter.upper, kLength)));
+             fmt::format("must lie from lower, {}, to upper, {}", FormatQuantity(parameter.lower, dimension),
+                         FormatQuantity(parameter.upper, dimension)));
     }
-    const std::vector<CageMove>& moves = scene_.design->moves;
-    const bool moves_something = std::any_of(moves.begin(), moves.end(), [&](const CageMove& m) {
-      return m.parameter == parameter.name && m.direction.norm() > 0.0;
-    });
-    if (!moves_something) Report({path + ".name", "design.moves"}, "moves no vertex of the cage; see design.moves");
+    for (const DesignedBody& body : scene_.design->bodies) {
+      for (const CageMove& move : body.moves) {
+        if (move.parameter == parameter.name && move.direction.norm() > 0.0) return;
+      }
+    }
+    Report({path + ".name", "design.bodies"}, "moves no vertex of a cage; see design.bodies");
   }
 
   void CheckRollout() {
@@ -193,22 +232,43 @@ class SceneChecker {
 
   void CheckLoss() {
     for (std::size_t i = 0; i < scene_.loss.task.size(); ++i) {
-      const auto& crossing = std::get<CrossingLoss>(scene_.loss.task[i]);
-      CheckOpening(crossing.opening, fmt::format("loss.task[{}]", i));
+      const std::string path = fmt::format("loss.task[{}]", i);
+      const TaskTerm& term = scene_.loss.task[i];
+      if (const auto* crossing = std::get_if<CrossingLoss>(&term)) CheckOpening(crossing->opening, path);
+      if (std::holds_alternative<ControlCostLoss>(term) && !scene_.controls) {
+        Report({path + ".type", path}, "the scenario has no section controls");
+      }
+      if (const auto* target = std::get_if<PointTargetLoss>(&term)) CheckPointTarget(*target, path);
     }
     for (std::size_t i = 0; i < scene_.loss.distillation.size(); ++i) {
       const auto& match = std::get<PositionMatchLoss>(scene_.loss.distillation[i]);
       const std::string path = fmt::format("loss.distillation[{}]", i);
       if (HasRepeats(match.axes)) Report({path + ".axes"}, "names an axis twice");
-      if (!IsWholeMultiple(match.sample_period, scene_.rollout.step)) {
-        Report({path + ".sample_period", "rollout.step"},
-               fmt::format("must be a whole number of steps of {}", FormatQuantity(scene_.rollout.step, kTime)));
-      } else if (match.sample_period > scene_.rollout.horizon) {
-        Report({path + ".sample_period", "rollout.horizon"},
-               fmt::format("must be at most the horizon, {}", FormatQuantity(scene_.rollout.horizon, kTime)));
-      }
+      CheckSamplePeriod(match.sample_period, path);
     }
     if (scene_.success) CheckOpening(std::get<CrossesOpening>(*scene_.success).opening, "success");
+  }
+
+  void CheckSamplePeriod(double period, const std::string& path) {
+    if (!IsWholeMultiple(period, scene_.rollout.step)) {
+      Report({path + ".sample_period", "rollout.step"},
+             fmt::format("must be a whole number of steps of {}", FormatQuantity(scene_.rollout.step, kTime)));
+    } else if (period > scene_.rollout.horizon) {
+      Report({path + ".sample_period", "rollout.horizon"},
+             fmt::format("must be at most the horizon, {}", FormatQuantity(scene_.rollout.horizon, kTime)));
+    }
+  }
+
+  void CheckPointTarget(const PointTargetLoss& loss, const std::string& path) {
+    CheckSamplePeriod(loss.sample_period, path);
+    for (std::size_t i = 0; i < loss.targets.size(); ++i) {
+      const std::string from = fmt::format("{}.targets[{}].from", path, i);
+      if (i == 0 && loss.targets[i].from != 0.0) {
+        Report({from}, "the first target must count from 0 s");
+      } else if (i > 0 && loss.targets[i].from <= loss.targets[i - 1].from) {
+        Report({from}, "must be later than the target before");
+      }
+    }
   }
 
   void CheckOpening(const Opening& opening, const std::string& path) {
@@ -257,6 +317,12 @@ class SceneChecker {
     if (!scene_.controls) return;
     const Controls& controls = *scene_.controls;
     if (HasRepeats(controls.actuators)) Report({"controls.actuators"}, "names an actuator twice");
+    for (std::size_t i = 0; i < controls.actuators.size(); ++i) {
+      const Body* body = FindBody(controls.actuators[i]);
+      if (body == nullptr || HasActuator(*body) || log_.HasFailedNear("bodies." + body->name + ".joint")) continue;
+      Report({fmt::format("controls.actuators[{}]", i), "bodies." + body->name + ".joint.type"},
+             "the joint of this body has no actuator");
+    }
     if (!IsWholeMultiple(controls.interval, scene_.rollout.step)) {
       Report({"controls.interval", "rollout.step"},
              fmt::format("must be a whole number of steps of {}", FormatQuantity(scene_.rollout.step, kTime)));
@@ -272,6 +338,22 @@ class SceneChecker {
       Report({"controls.initial", "controls.lower", "controls.upper"},
              fmt::format("must lie from lower, {}, to upper, {}", controls.lower, controls.upper));
     }
+    if (controls.squash == Squash::kNone && (controls.lower < -1.0 || controls.upper > 1.0)) {
+      Report({controls.lower < -1.0 ? "controls.lower" : "controls.upper", "controls.squash"},
+             "commands lie from -1 to 1, and so must controls that are not squashed");
+    }
+  }
+
+  static bool HasActuator(const Body& body) {
+    return std::visit(
+        [](const auto& joint) {
+          if constexpr (requires { joint.actuator; }) {
+            return joint.actuator.has_value();
+          } else {
+            return false;
+          }
+        },
+        body.joint.kind);
   }
 
   void CheckLearnedParts() {

@@ -119,8 +119,14 @@ class FieldVisitor {
 
   template <class T>
   void OptionalStruct(const FieldInfo& info, std::optional<T>& value) {
+    OptionalStruct(info, value, [](FieldVisitor& v, T& present) { VisitFields(v, present); });
+  }
+
+  // The same for a struct whose fields need more than itself: visit(visitor, struct).
+  template <class T, class Visit>
+  void OptionalStruct(const FieldInfo& info, std::optional<T>& value, const Visit& visit) {
     Section(info, {true, [&value] { return value.has_value(); }, [&value] { value.emplace(); },
-                   [&value](FieldVisitor& v) { VisitFields(v, *value); }});
+                   [&value, visit](FieldVisitor& v) { visit(v, *value); }});
   }
 
   template <class T>

@@ -48,6 +48,34 @@ struct PrescribedJoint {
   Motion motion;
 };
 
+// One-sided springs at the ends of a joint's range, which set in smoothly over `width` and push back alone
+// (sim/multibody/joint_forces.h). Units: those of a torque or a force and of the joint's coordinate x.
+struct JointLimits {
+  double lower = 0.0;      // [rad, m]
+  double upper = 0.0;      // > lower
+  double stiffness = 0.0;  // [N·m/rad, N/m]
+  double damping = 0.0;    // relative to the elastic force [s/rad, s/m]
+  double width = 0.0;      // [rad, m]
+};
+
+// Force or torque limit·u.
+struct ForceActuator {
+  double limit = 0.0;  // [N·m, N]
+};
+
+// Draws the joint to a target, lower for u = −1 and upper for u = 1: limit·tanh(e/limit) with
+// e = stiffness (target − x) − damping v.
+struct PositionActuator {
+  double limit = 0.0;      // [N·m, N]
+  double stiffness = 0.0;  // [N·m/rad, N/m]
+  double damping = 0.0;    // [N·m·s/rad, N·s/m]
+  double lower = 0.0;      // [rad, m]
+  double upper = 0.0;      // > lower
+};
+
+// Pushes the joint by its command u, −1 ≤ u ≤ 1 (Scene::controls); undriven, u = 0.
+using JointActuator = std::variant<ForceActuator, PositionActuator>;
+
 struct RevoluteState {
   double angle = 0.0;  // [rad]
   double rate = 0.0;   // [rad/s]
@@ -57,6 +85,10 @@ struct RevoluteState {
 struct RevoluteJoint {
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  // in J, not zero, of any length
   double damping = 0.0;                             // [N·m·s/rad]
+  double stiffness = 0.0;                           // of a spring towards `rest` [N·m/rad]
+  double rest = 0.0;                                // [rad]
+  std::optional<JointLimits> limits;
+  std::optional<JointActuator> actuator;
   RevoluteState initial;
 };
 
@@ -69,6 +101,10 @@ struct PrismaticState {
 struct PrismaticJoint {
   Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  // in J, not zero, of any length
   double damping = 0.0;                             // [N·s/m]
+  double stiffness = 0.0;                           // of a spring towards `rest` [N/m]
+  double rest = 0.0;                                // [m]
+  std::optional<JointLimits> limits;
+  std::optional<JointActuator> actuator;
   PrismaticState initial;
 };
 
@@ -79,7 +115,9 @@ struct BallState {
 
 // Three rotations about Jo.
 struct BallJoint {
-  double damping = 0.0;  // [N·m·s/rad], against w_JB
+  double damping = 0.0;    // [N·m·s/rad], against w_JB
+  double stiffness = 0.0;  // k of the energy k (1 − cos angle), the angle from `rest` [N·m/rad]
+  Eigen::Vector3d rest_rpy = Eigen::Vector3d::Zero();  // orientation of B in J [rad]
   BallState initial;
 };
 
@@ -111,10 +149,18 @@ struct FreeJoint {
 using JointKind =
     std::variant<FixedJoint, PrescribedJoint, RevoluteJoint, PrismaticJoint, BallJoint, PlanarJoint, FreeJoint>;
 
+// The point of a designed parent with which a joint moves.
+struct Attachment {
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();  // in P [m]
+};
+
 struct Joint {
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();         // p_PJ [m]
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();         // p_PJ [m]; on a designed parent, where the file has it
   Eigen::Vector3d orientation_rpy = Eigen::Vector3d::Zero();  // of J in P [rad]
+  std::optional<Attachment> attachment;                       // none: Jo itself
   JointKind kind;
+
+  const Eigen::Vector3d& GetAttachmentPoint() const { return attachment ? attachment->point : position; }
 };
 
 // ---- Bodies -------------------------------------------------------------------------------------------------------
@@ -129,19 +175,19 @@ struct SphereShape {
 
 // A cylinder along Bz of the given length with half a sphere on either end.
 struct CapsuleShape {
-  double radius = 0.0;                                // [m]
-  double length = 0.0;                                // between the centres of the half spheres [m]
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();   // in B [m]
+  double radius = 0.0;                               // [m]
+  double length = 0.0;                               // between the centres of the half spheres [m]
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();  // in B [m]
 };
 
 // A box along the axes of B, its edges and corners rounded for contact.
 struct BoxShape {
-  Eigen::Vector3d size = Eigen::Vector3d::Zero();     // [m]
-  double rounding = 0.0;                              // radius [m], at most half the least size
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();   // in B [m]
+  Eigen::Vector3d size = Eigen::Vector3d::Zero();    // [m]
+  double rounding = 0.0;                             // radius [m], at most half the least size
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();  // in B [m]
 };
 
-// The tool: Scene::design gives its mesh, in B. At most one body has it.
+// A designed body: Scene::design gives its mesh, in B.
 struct DesignedMeshShape {};
 
 using Shape = std::variant<HalfSpaceShape, SphereShape, CapsuleShape, BoxShape, DesignedMeshShape>;
@@ -151,7 +197,7 @@ struct SolidInertia {
   double mass = 0.0;  // [kg]
 };
 
-// The body fills its shape with this density.
+// The body fills its shape with this density; a designed body's mass follows its mesh.
 struct DensityInertia {
   double density = 0.0;  // [kg/m³]
 };
@@ -189,9 +235,16 @@ struct Contact {
 
 // ---- Design -------------------------------------------------------------------------------------------------------
 
+// What a parameter's change does to the cage vertices of a group (CageMove).
+enum class ParameterKind {
+  kShift,    // [m]: shifts them by change·direction
+  kStretch,  // [-]: stretches them about Bo, coordinate by coordinate: c_i += change·direction_i·c_i, c as on file
+};
+
 struct DesignParameter {
   std::string name;
-  double initial = 0.0;  // [m]; lower ≤ initial ≤ upper, lower < upper
+  ParameterKind kind = ParameterKind::kShift;
+  double initial = 0.0;  // lower ≤ initial ≤ upper, lower < upper
   double lower = 0.0;
   double upper = 0.0;
 };
@@ -201,22 +254,28 @@ struct VertexGroup {
   std::vector<std::int64_t> vertices;  // of the cage, counted from 0, each at most once
 };
 
-// Adds (theta[parameter] − initial)·direction to every vertex of the group.
+// Moves every vertex of the group as its parameter's kind says.
 struct CageMove {
   std::string parameter;
-  std::string group;
-  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // in B [m per m]
+  std::string group;                                    // of the same body
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // in B [-]
 };
 
-// theta → cage: cage = cage0 + Σ moves.
-struct Design {
-  std::string body;         // the one whose shape is the designed mesh
+// A body whose shape is a designed mesh: cage = cage on file + Σ moves. What hangs on the body moves along with the
+// mesh as a point of it would, through the cage's mean value coordinates: the joints that it carries (by their
+// attachment points), and the points that losses watch.
+struct DesignedBody {
+  std::string name;         // of the body
   std::string mesh;         // file, relative to the scenario's
   std::string cage;         // file, relative to the scenario's
   double mesh_unit = 1e-3;  // length of one unit of both files [m]
-  std::vector<DesignParameter> parameters;
   std::vector<VertexGroup> vertex_groups;
-  std::vector<CageMove> moves;
+  std::vector<CageMove> moves;  // none: the mesh is as on file
+};
+
+struct Design {
+  std::vector<DesignParameter> parameters;  // theta
+  std::vector<DesignedBody> bodies;         // each at most once
 };
 
 // ---- Controls -----------------------------------------------------------------------------------------------------
@@ -224,9 +283,9 @@ struct Design {
 enum class Squash { kTanh, kNone };
 
 // Open-loop controls: one number a for each interval and actuator, held all through the interval. The actuator gets
-// u = tanh(a), or a itself (control_commands.h).
+// the command u = tanh(a), or a itself, which then lies in [−1, 1] (control_commands.h).
 struct Controls {
-  std::vector<std::string> actuators;  // those that are driven, in the order of their values in each interval
+  std::vector<std::string> actuators;  // bodies whose joints are driven, in the order of their values in each interval
   double interval = 0.0;               // [s]; a whole number of steps, and the horizon a whole number of intervals
   Squash squash = Squash::kTanh;
   double initial = 0.0;  // of every a [-]; lower ≤ initial ≤ upper, lower < upper
@@ -291,7 +350,28 @@ struct CrossingLoss {
   double shortfall_scale = 0.05;  // [m]
 };
 
-using TaskTerm = std::variant<CrossingLoss>;
+// weight·Σ ‖u‖² over the control intervals, u the commands of one interval.
+struct ControlCostLoss {
+  double weight = 1.0;
+};
+
+struct TimedTarget {
+  double from = 0.0;                                   // time from which it counts [s]
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // in W [m]
+};
+
+// weight·Σ_n ‖p(t_n) − target‖/length_unit at t_n = n·sample_period, n = 1 …, each sample with the target that counts
+// when its period begins.
+struct PointTargetLoss {
+  std::string body;
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();  // in B [m]; moves with the mesh of a designed body
+  std::vector<TimedTarget> targets;                 // ascending from 0 s
+  double sample_period = 0.0;                       // [s], a whole number of steps
+  double weight = 1.0;
+  double length_unit = 1.0;  // length in which the loss counts [m]
+};
+
+using TaskTerm = std::variant<CrossingLoss, ControlCostLoss, PointTargetLoss>;
 
 enum class Normalization { kSum, kMean };
 

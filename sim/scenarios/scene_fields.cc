@@ -1,5 +1,7 @@
 #include "sim/scenarios/scene_fields.h"
 
+#include "sim/scenarios/joint_fields.h"
+
 namespace knap {
 namespace {
 
@@ -11,145 +13,14 @@ constexpr Range kIndex{0.0, 1e9};
 constexpr Range kCount{1.0, 1e9};
 constexpr Range kSeed{0.0, 9007199254740991.0};  // exact in every language that keeps numbers as doubles
 
+// Of the values of a parameter.
+Dimension GetDimension(ParameterKind kind) { return kind == ParameterKind::kStretch ? kDimensionless : kLength; }
+
 void VisitAxis(FieldVisitor& v, string_view key, string_view doc, Axis& axis) {
   v.EnumField({.key = key, .doc = doc}, axis, kAxes);
 }
 
-// Every number of a default-initialised vector may be left out.
-template <class Vector>
-void VisitVector(FieldVisitor& v, string_view key, string_view doc, const Dimension& dimension, Vector& vector) {
-  v.Numbers({.key = key, .doc = doc, .required = false, .dimension = dimension}, vector);
-}
-
 }  // namespace
-
-// ---- Joints -------------------------------------------------------------------------------------------------------
-
-static void VisitFields(FieldVisitor& v, ZigzagMotion& m) {
-  v.Number(
-      {.key = "amplitude", .doc = "lateral swing along Jx, to each side", .dimension = kLength, .range = kNonNegative},
-      m.amplitude);
-  v.Number({.key = "period", .doc = "of the swing", .dimension = kTime, .range = kPositive}, m.period);
-  v.Number({.key = "sharpness",
-            .doc = "k: near 0 a sine, near 1 a triangle wave",
-            .required = false,
-            .range = {0.0, 0.9999, true}},
-           m.sharpness);
-  v.Number({.key = "forward_speed", .doc = "along Jy", .dimension = kSpeed, .range = kNonNegative}, m.forward_speed);
-  v.Number(
-      {.key = "stop_at", .doc = "y in J at which the forward motion ends", .dimension = kLength, .range = kNonNegative},
-      m.stop_at);
-}
-
-static void VisitFields(FieldVisitor& v, ConstantVelocityMotion& m) {
-  VisitVector(v, "velocity", "of Bo in J", kSpeed, m.velocity);
-  VisitVector(v, "angular_velocity", "of B in J", kAngularSpeed, m.angular_velocity);
-}
-
-static void VisitFields(FieldVisitor& v, Motion& motion) {
-  v.OneOf({.key = "type", .doc = "how the body moves"}, motion, {"zigzag", "constant_velocity"});
-}
-
-static void VisitFields(FieldVisitor&, FixedJoint&) {}
-
-static void VisitFields(FieldVisitor& v, PrescribedJoint& j) {
-  v.Struct({.key = "motion", .doc = "pose of B in J as a function of time"}, j.motion);
-}
-
-static void VisitAxisVector(FieldVisitor& v, Eigen::Vector3d& axis) {
-  VisitVector(v, "axis", "direction in J, of any length but zero", kDimensionless, axis);
-}
-
-static void VisitFields(FieldVisitor& v, RevoluteJoint& j) {
-  VisitAxisVector(v, j.axis);
-  v.Number({.key = "damping",
-            .doc = "torque per rate",
-            .required = false,
-            .dimension = kAngularDamping,
-            .range = kNonNegative},
-           j.damping);
-}
-
-static void VisitFields(FieldVisitor& v, PrismaticJoint& j) {
-  VisitAxisVector(v, j.axis);
-  v.Number({.key = "damping",
-            .doc = "force per speed",
-            .required = false,
-            .dimension = kLinearDamping,
-            .range = kNonNegative},
-           j.damping);
-}
-
-static void VisitFields(FieldVisitor& v, BallJoint& j) {
-  v.Number({.key = "damping",
-            .doc = "torque per angular speed",
-            .required = false,
-            .dimension = kAngularDamping,
-            .range = kNonNegative},
-           j.damping);
-}
-
-static void VisitFields(FieldVisitor& v, PlanarJoint& j) {
-  v.Number({.key = "linear_damping",
-            .doc = "force per speed",
-            .required = false,
-            .dimension = kLinearDamping,
-            .range = kNonNegative},
-           j.linear_damping);
-  v.Number({.key = "angular_damping",
-            .doc = "torque per angular speed",
-            .required = false,
-            .dimension = kAngularDamping,
-            .range = kNonNegative},
-           j.angular_damping);
-}
-
-static void VisitFields(FieldVisitor&, FreeJoint&) {}
-
-static void VisitFields(FieldVisitor& v, Joint& j) {
-  v.OneOf({.key = "type", .doc = "how B moves relative to J"}, j.kind,
-          {"fixed", "prescribed", "revolute", "prismatic", "ball", "planar", "free"});
-  VisitVector(v, "position", "of Jo in the parent", kLength, j.position);
-  VisitVector(v, "orientation_rpy", "of J in the parent: roll, pitch, yaw", kAngle, j.orientation_rpy);
-}
-
-// ---- Initial states -----------------------------------------------------------------------------------------------
-
-static void VisitFields(FieldVisitor& v, RevoluteState& s) {
-  v.Number({.key = "angle", .doc = "of B in J", .required = false, .dimension = kAngle}, s.angle);
-  v.Number({.key = "rate", .doc = "of B in J", .required = false, .dimension = kAngularSpeed}, s.rate);
-}
-
-static void VisitFields(FieldVisitor& v, PrismaticState& s) {
-  v.Number({.key = "displacement", .doc = "along the axis", .required = false, .dimension = kLength}, s.displacement);
-  v.Number({.key = "speed", .doc = "along the axis", .required = false, .dimension = kSpeed}, s.speed);
-}
-
-static void VisitFields(FieldVisitor& v, BallState& s) {
-  VisitVector(v, "orientation_rpy", "of B in J: roll, pitch, yaw", kAngle, s.orientation_rpy);
-  VisitVector(v, "angular_velocity", "of B in J", kAngularSpeed, s.angular_velocity);
-}
-
-static void VisitFields(FieldVisitor& v, PlanarState& s) {
-  VisitVector(v, "position", "of Bo in J: x, y", kLength, s.position);
-  v.Number({.key = "angle", .doc = "of B about Jz", .required = false, .dimension = kAngle}, s.angle);
-  VisitVector(v, "velocity", "of Bo in J: x, y", kSpeed, s.velocity);
-  v.Number({.key = "angular_velocity", .doc = "of B about Jz", .required = false, .dimension = kAngularSpeed},
-           s.angular_velocity);
-}
-
-static void VisitFields(FieldVisitor& v, FreeState& s) {
-  VisitVector(v, "position", "of Bo in J", kLength, s.position);
-  VisitVector(v, "orientation_rpy", "of B in J: roll, pitch, yaw", kAngle, s.orientation_rpy);
-  VisitVector(v, "velocity", "of Bo in J", kSpeed, s.velocity);
-  VisitVector(v, "angular_velocity", "of B in J", kAngularSpeed, s.angular_velocity);
-}
-
-static string_view DescribeState(const RevoluteJoint&) { return "state of a revolute joint at time 0"; }
-static string_view DescribeState(const PrismaticJoint&) { return "state of a prismatic joint at time 0"; }
-static string_view DescribeState(const BallJoint&) { return "state of a ball joint at time 0"; }
-static string_view DescribeState(const PlanarJoint&) { return "state of a planar joint at time 0"; }
-static string_view DescribeState(const FreeJoint&) { return "state of a free joint at time 0"; }
 
 // ---- Bodies -------------------------------------------------------------------------------------------------------
 
@@ -223,13 +94,7 @@ static void VisitFields(FieldVisitor& v, Body& b) {
   v.OptionalStruct(
       {.key = "inertia", .doc = "needed where the joint is neither fixed nor prescribed", .required = false},
       b.inertia);
-  std::visit(
-      [&v](auto& joint) {
-        if constexpr (requires { joint.initial; }) {
-          v.Struct({.key = "initial", .doc = DescribeState(joint), .required = false}, joint.initial);
-        }
-      },
-      b.joint.kind);
+  VisitInitialState(v, b.joint.kind);
 }
 
 static void VisitFields(FieldVisitor& v, Contact& c) {
@@ -264,10 +129,15 @@ static void VisitFields(FieldVisitor& v, Contact& c) {
 
 static void VisitFields(FieldVisitor& v, DesignParameter& p) {
   v.Text({.key = "name", .doc = "of the parameter", .role = TextRole::kNewParameter}, p.name);
-  v.Number({.key = "initial", .doc = "value of the mesh and cage as they are on file", .dimension = kLength},
-           p.initial);
-  v.Number({.key = "lower", .doc = "least value", .dimension = kLength}, p.lower);
-  v.Number({.key = "upper", .doc = "largest value", .dimension = kLength}, p.upper);
+  static constexpr string_view kKinds[] = {"length", "scale"};
+  v.EnumField({.key = "kind",
+               .doc = "length: shifts vertices; scale: stretches them about Bo; its values are numbers without unit",
+               .required = false},
+              p.kind, kKinds);
+  const Dimension dimension = GetDimension(p.kind);
+  v.Number({.key = "initial", .doc = "value of mesh and cage as they are on file", .dimension = dimension}, p.initial);
+  v.Number({.key = "lower", .doc = "least value", .dimension = dimension}, p.lower);
+  v.Number({.key = "upper", .doc = "largest value", .dimension = dimension}, p.upper);
 }
 
 static void VisitFields(FieldVisitor& v, VertexGroup& g) {
@@ -278,34 +148,44 @@ static void VisitFields(FieldVisitor& v, VertexGroup& g) {
 
 static void VisitFields(FieldVisitor& v, CageMove& m) {
   v.Text({.key = "parameter", .doc = "that moves", .role = TextRole::kParameter}, m.parameter);
-  v.Text({.key = "group", .doc = "that is moved", .role = TextRole::kGroup}, m.group);
-  v.Numbers({.key = "direction", .doc = "in B, per unit of the parameter's change"}, m.direction);
+  v.Text({.key = "group", .doc = "that is moved, of the same body", .role = TextRole::kGroup}, m.group);
+  v.Numbers({.key = "direction",
+             .doc = "d in B: length shifts vertices by change·d, scale by change·d_i·c_i, c the vertex on file"},
+            m.direction);
+}
+
+static void VisitFields(FieldVisitor& v, DesignedBody& b) {
+  v.Text({.key = "name", .doc = "of the body, whose shape is a designed mesh", .role = TextRole::kBody}, b.name);
+  v.Text({.key = "mesh", .doc = "closed triangle mesh in B", .role = TextRole::kFile}, b.mesh);
+  v.Text({.key = "cage", .doc = "closed triangle mesh around it, in B", .role = TextRole::kFile}, b.cage);
+  v.Number({.key = "mesh_unit", .doc = "length of one unit of both files", .dimension = kLength, .range = kPositive},
+           b.mesh_unit);
+  v.StructList({.key = "vertex_groups", .doc = "named sets of cage vertices", .required = false}, b.vertex_groups);
+  v.StructList(
+      {.key = "moves", .doc = "cage = cage on file + what the parameters' changes do to it", .required = false},
+      b.moves);
 }
 
 static void VisitFields(FieldVisitor& v, Design& d) {
-  v.Text({.key = "body", .doc = "whose shape is the designed mesh", .role = TextRole::kBody}, d.body);
-  v.Text({.key = "mesh", .doc = "closed triangle mesh in B", .role = TextRole::kFile}, d.mesh);
-  v.Text({.key = "cage", .doc = "closed triangle mesh around it, in B", .role = TextRole::kFile}, d.cage);
-  v.Number({.key = "mesh_unit", .doc = "length of one unit of both files", .dimension = kLength, .range = kPositive},
-           d.mesh_unit);
   v.StructList({.key = "parameters", .doc = "theta, in the order of its components"}, d.parameters, 1);
-  v.StructList({.key = "vertex_groups", .doc = "named sets of cage vertices"}, d.vertex_groups, 1);
-  v.StructList({.key = "moves", .doc = "cage = cage on file + Σ (theta − initial)·direction"}, d.moves, 1);
+  v.StructList({.key = "bodies", .doc = "whose meshes it shapes; joints and watched points on them move along"},
+               d.bodies, 1);
 }
 
 // ---- Controls -----------------------------------------------------------------------------------------------------
 
 static void VisitFields(FieldVisitor& v, Controls& c) {
-  v.LeafList({.key = "actuators", .doc = "that are driven, by name"}, c.actuators, 1,
-             [](FieldVisitor& w, std::string& name) { w.Text({.role = TextRole::kName}, name); });
+  v.LeafList({.key = "actuators", .doc = "that are driven: bodies whose joints have one"}, c.actuators, 1,
+             [](FieldVisitor& w, std::string& name) { w.Text({.role = TextRole::kBody}, name); });
   v.Number({.key = "interval",
             .doc = "for which a control is held: a whole number of steps, and the horizon a whole number of intervals",
             .dimension = kTime,
             .range = kPositive},
            c.interval);
   static constexpr string_view kSquashes[] = {"tanh", "none"};
-  v.EnumField({.key = "squash", .doc = "from a control to what its actuator gets", .required = false}, c.squash,
-              kSquashes);
+  v.EnumField(
+      {.key = "squash", .doc = "from a control to its actuator's command, which lies from -1 to 1", .required = false},
+      c.squash, kSquashes);
   v.Number({.key = "initial", .doc = "value of every control", .required = false}, c.initial);
   v.Number({.key = "lower", .doc = "least value", .required = false}, c.lower);
   v.Number({.key = "upper", .doc = "largest value", .required = false}, c.upper);
@@ -394,20 +274,44 @@ static void VisitFields(FieldVisitor& v, CrossingLoss& l) {
            l.shortfall_scale);
 }
 
+static void VisitFields(FieldVisitor& v, ControlCostLoss& l) {
+  v.Number({.key = "weight", .doc = "factor of this term", .required = false, .range = kNonNegative}, l.weight);
+}
+
+static void VisitFields(FieldVisitor& v, TimedTarget& t) {
+  v.Number({.key = "from", .doc = "time from which it counts", .dimension = kTime, .range = kNonNegative}, t.from);
+  v.Numbers({.key = "position", .doc = "in the world", .dimension = kLength}, t.position);
+}
+
+static void VisitSamplePeriod(FieldVisitor& v, double& period) {
+  v.Number({.key = "sample_period",
+            .doc = "between samples, a whole number of steps",
+            .dimension = kTime,
+            .range = kPositive},
+           period);
+}
+
+static void VisitFields(FieldVisitor& v, PointTargetLoss& l) {
+  v.Text({.key = "body", .doc = "that carries the point", .role = TextRole::kBody}, l.body);
+  VisitVector(v, "point", "in B; on a designed body it moves with the mesh", kLength, l.point);
+  v.StructList({.key = "targets", .doc = "by time, the first from 0 s; a sample's is the one when its period begins"},
+               l.targets, 1);
+  VisitSamplePeriod(v, l.sample_period);
+  VisitWeight(v, l.weight, l.length_unit);
+}
+
 static void VisitFields(FieldVisitor& v, TaskTerm& term) {
-  v.OneOf({.key = "type", .doc = "crossing: squared distance from an opening where the body crosses its plane"}, term,
-          {"crossing"});
+  v.OneOf({.key = "type",
+           .doc = "crossing: squared distance from an opening where the body crosses its plane; control_cost: squared "
+                  "commands, one sample a control interval; point_target: distance of a body's point from targets"},
+          term, {"crossing", "control_cost", "point_target"});
 }
 
 static void VisitFields(FieldVisitor& v, PositionMatchLoss& l) {
   v.Text({.key = "body", .doc = "whose origin is compared", .role = TextRole::kBody}, l.body);
   v.LeafList({.key = "axes", .doc = "of the world, the coordinates compared"}, l.axes, 1,
              [](FieldVisitor& w, Axis& axis) { w.EnumField({}, axis, kAxes); });
-  v.Number({.key = "sample_period",
-            .doc = "between samples, a whole number of steps",
-            .dimension = kTime,
-            .range = kPositive},
-           l.sample_period);
+  VisitSamplePeriod(v, l.sample_period);
   static constexpr string_view kNormalizations[] = {"sum", "mean"};
   v.EnumField({.key = "normalize", .doc = "over the samples", .required = false}, l.normalize, kNormalizations);
   VisitWeight(v, l.weight, l.length_unit);

@@ -68,10 +68,15 @@ constexpr DimensionDefinition kDimensions[] = {
     {kAcceleration, "m/s^2", "an acceleration", "-9.81 m/s^2"},
     {kDensity, "kg/m^3", "a density", "1000 kg/m^3"},
     {kRotationalInertia, "kg*m^2", "a rotational inertia", "1e-6 kg*m^2"},
+    {kForce, "N", "a force", "2 N"},
+    {kTorque, "N*m", "a torque", "0.06 N*m"},
+    {kLinearStiffness, "N/m", "a stiffness", "100 N/m"},
+    {kAngularStiffness, "N*m/rad", "a rotational stiffness", "0.1 N*m/rad"},
+    {kAngularLimitDamping, "s/rad", "a damping relative to the elastic torque", "0.1 s/rad"},
     {kLinearDamping, "N*s/m", "a damping", "0.1 N*s/m"},
     {kAngularDamping, "N*m*s/rad", "a rotational damping", "1e-3 N*m*s/rad"},
     {kContactStiffness, "N/m^3", "a contact stiffness", "1e8 N/m^3"},
-    {kContactDamping, "s/m", "a contact damping", "2 s/m"},
+    {kContactDamping, "s/m", "a damping relative to the elastic force", "2 s/m"},
 };
 
 const DimensionDefinition* FindDimension(const Dimension& dimension) {

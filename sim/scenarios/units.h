@@ -32,10 +32,15 @@ inline constexpr Dimension kAngularSpeed{{0, 0, -1, 1}};
 inline constexpr Dimension kAcceleration{{1, 0, -2, 0}};
 inline constexpr Dimension kDensity{{-3, 1, 0, 0}};
 inline constexpr Dimension kRotationalInertia{{2, 1, 0, 0}};
-inline constexpr Dimension kLinearDamping{{0, 1, -1, 0}};      // N·s/m
-inline constexpr Dimension kAngularDamping{{2, 1, -1, -1}};    // N·m·s/rad
-inline constexpr Dimension kContactStiffness{{-2, 1, -2, 0}};  // N/m³
-inline constexpr Dimension kContactDamping{{-1, 0, 1, 0}};     // s/m
+inline constexpr Dimension kForce{{1, 1, -2, 0}};                // N
+inline constexpr Dimension kTorque{{2, 1, -2, 0}};               // N·m
+inline constexpr Dimension kLinearStiffness{{0, 1, -2, 0}};      // N/m
+inline constexpr Dimension kAngularStiffness{{2, 1, -2, -1}};    // N·m/rad
+inline constexpr Dimension kAngularLimitDamping{{0, 0, 1, -1}};  // s/rad
+inline constexpr Dimension kLinearDamping{{0, 1, -1, 0}};        // N·s/m
+inline constexpr Dimension kAngularDamping{{2, 1, -1, -1}};      // N·m·s/rad
+inline constexpr Dimension kContactStiffness{{-2, 1, -2, 0}};    // N/m³
+inline constexpr Dimension kContactDamping{{-1, 0, 1, 0}};       // s/m; also of a prismatic joint's limit
 
 struct Quantity {
   double value = 0.0;  // SI

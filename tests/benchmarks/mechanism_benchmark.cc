@@ -3,9 +3,12 @@
 
 #include <cmath>
 #include <ctime>
+#include <stdexcept>
 
 #include "sim/gradient/adjoint.h"
 #include "sim/integrators/simulate.h"
+#include "sim/rollout/rollout.h"
+#include "sim/scenarios/scenario_files.h"
 #include "tests/sim/dynamics/mechanisms.h"
 #include "tests/sim/dynamics/rope.h"
 
@@ -87,6 +90,35 @@ void BM_Finger(benchmark::State& state) {
   Measure(state, tree, {}, MakeCrookedPositions(tree), options, controls);
 }
 BENCHMARK(BM_Finger)->Unit(benchmark::kMillisecond);
+
+// configs/reaching.yaml as it is learned from: the whole rollout, its gradient in design and controls.
+void BM_Reaching(benchmark::State& state) {
+  const LoadedScenario scenario = LoadScenario(KNAP_CONFIGS "/reaching.yaml");
+  if (!scenario.parsed.ok()) throw std::runtime_error(scenario.parsed.FormatErrors());
+  RolloutModel model(scenario.files);
+  model.clock = Now;
+  RolloutInput input;
+  input.theta = model.design()->initial_theta();
+  input.controls.resize(model.num_controls());
+  for (Eigen::Index i = 0; i < input.controls.size(); ++i) {
+    input.controls(i) = 0.4 * std::sin(0.9 * static_cast<double>(i));
+  }
+  double forward = 0.0;
+  double gradient = 0.0;
+  double steps = 0.0;
+  for (auto _ : state) {
+    const RolloutOutput out = model.Run(input, {});
+    benchmark::DoNotOptimize(out.loss);
+    if (!out.certificate.converged) state.SkipWithError("a step did not converge");
+    forward += model.forward_s;
+    gradient += model.gradient_s;
+    steps += out.steps;
+  }
+  state.counters["steps_per_s"] = steps / forward;
+  state.counters["us_per_step"] = 1e6 * forward / steps;
+  state.counters["gradient_to_forward"] = gradient / forward;
+}
+BENCHMARK(BM_Reaching)->Unit(benchmark::kMillisecond);
 
 // Ball joints, swinging freely.
 void BM_Chain(benchmark::State& state) {

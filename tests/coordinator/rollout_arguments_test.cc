@@ -109,7 +109,7 @@ TEST(ValidateCommand, SumsUpWhatIsRight) {
 }
 
 TEST(ValidateCommand, TellsAllErrorsOfFormatModelAndOptimizer) {
-  const std::string errors = Validate(kPushing + " rollout.step=3x design.vertex_groups.left_tip.vertices=[0,77]");
+  const std::string errors = Validate(kPushing + " rollout.step=3x design.bodies.pusher.vertex_groups.left_tip.vertices=[0,77]");
   EXPECT_THAT(errors, HasSubstr("rollout.step: value '3x': expected a time"));
   EXPECT_THAT(errors, HasSubstr("vertices[1]: value '77': the cage has 24 vertices, 0 to 23"));
   EXPECT_THAT(Validate(kPushing + " learning.optimizer=FOO"),

@@ -35,7 +35,7 @@ TEST(SilhouetteTest, TetrahedronCastsItsShadow) {
 
 TEST(SilhouetteTest, PusherIsOneLoopOfItsWidthTimesItsDepth) {
   RolloutModel model(LoadValidScenario(KNAP_SOURCE_DIR "/configs/pushing.yaml", {}).files);
-  const TriangleMesh& bar = model.design()->initial_mesh();
+  const TriangleMesh& bar = model.design()->Find("pusher")->initial_mesh();
   const Outline outline = CalcSilhouette(bar, 0, 1);
   ASSERT_EQ(outline.size(), 1u);
   const Eigen::Vector3d size = CalcBoundingBox(bar).sizes();

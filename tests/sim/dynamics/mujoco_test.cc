@@ -1,143 +1,19 @@
 // The dynamics of mechanisms against MuJoCo 2.2.2: accelerations at random states, short trajectories at tiny
 // steps.
-//
-// Each tree is written as MuJoCo's XML. A ball's rates are in the moving frame in both, quaternions start with w there;
-// a translation followed by a ball becomes three slides and a ball of one body, since MuJoCo refuses massless bodies.
 #include <gtest/gtest.h>
-#include <mujoco/mujoco.h>
 
 #include <cmath>
-#include <cstring>
-#include <memory>
 #include <random>
-#include <sstream>
-#include <stdexcept>
-#include <string>
 
 #include "sim/integrators/simulate.h"
 #include "tests/sim/dynamics/mechanisms.h"
+#include "tests/sim/dynamics/mujoco_reference.h"
 
 namespace knap {
 namespace {
 
-using Eigen::Matrix3d;
 using Eigen::MatrixXd;
-using Eigen::Vector3d;
 using Eigen::VectorXd;
-
-class XmlWriter {
- public:
-  explicit XmlWriter(const Tree& tree) : tree_(tree) {
-    out_.precision(17);
-    const Vector3d& g = tree.gravity;
-    out_ << "<mujoco><compiler angle='radian' inertiafromgeom='false' boundmass='0' boundinertia='0'/>"
-         << "<option integrator='RK4' gravity='" << g.transpose() << "'/><worldbody>";
-    WriteChildren(-1);
-    out_ << "</worldbody></mujoco>";
-  }
-  std::string text() const { return out_.str(); }
-
- private:
-  void WriteChildren(int parent) {
-    for (int i = 0; i < tree_.size(); ++i) {
-      if (tree_.bodies()[i].parent == parent) WriteBody(i);
-    }
-  }
-
-  void WriteBody(int i) {
-    const TreeBody& body = tree_.bodies()[i];
-    if (body.joint == JointType::kTranslation && body.M.isZero(0.0)) {
-      // Its coordinates become slides of its only child, whose placement is the identity.
-      slides_ = true;
-      WriteChildren(i);
-      return;
-    }
-    const Eigen::Quaterniond q(body.X_PF.R);
-    out_ << "<body pos='" << body.X_PF.p.transpose() << "' quat='" << q.w() << " " << q.vec().transpose() << "'>";
-    const double m = body.M(3, 3);
-    const Vector3d c = Vector3d(body.M(2, 4), body.M(0, 5), body.M(1, 3)) / m;
-    const Matrix3d I = body.M.topLeftCorner<3, 3>() - m * Skew(c) * Skew(c).transpose();
-    out_ << "<inertial pos='" << c.transpose() << "' mass='" << m << "' fullinertia='" << I(0, 0) << " " << I(1, 1)
-         << " " << I(2, 2) << " " << I(0, 1) << " " << I(0, 2) << " " << I(1, 2) << "'/>";
-    if (slides_) {
-      for (const char* axis : {"1 0 0", "0 1 0", "0 0 1"}) out_ << "<joint type='slide' axis='" << axis << "'/>";
-      slides_ = false;
-    }
-    const auto joint = [&](const char* type) {
-      out_ << "<joint type='" << type << "' axis='" << body.axis.transpose() << "' damping='" << body.law.damping
-           << "'/>";
-    };
-    if (body.joint == JointType::kRevolute) joint("hinge");
-    if (body.joint == JointType::kPrismatic) joint("slide");
-    if (body.joint == JointType::kBall) joint("ball");
-    WriteChildren(i);
-    out_ << "</body>";
-  }
-
-  const Tree& tree_;
-  std::ostringstream out_;
-  bool slides_ = false;
-};
-
-// MuJoCo's model of a tree, and its state in our coordinates.
-class Reference {
- public:
-  explicit Reference(const Tree& tree) : tree_(tree) {
-    const std::string text = XmlWriter(tree).text();
-    const auto files = std::make_unique<mjVFS>();
-    mj_defaultVFS(files.get());
-    mj_makeEmptyFileVFS(files.get(), "model.xml", static_cast<int>(text.size()));
-    std::memcpy(files->filedata[mj_findFileVFS(files.get(), "model.xml")], text.data(), text.size());
-    char error[1000] = "";
-    model_.reset(mj_loadXML("model.xml", files.get(), error, sizeof error));
-    mj_deleteVFS(files.get());
-    if (!model_) throw std::runtime_error(std::string(error) + "\n" + text);
-    data_.reset(mj_makeData(model_.get()));
-    EXPECT_EQ(model_->nq, tree.nq());
-    EXPECT_EQ(model_->nv, tree.nv());
-  }
-
-  void Set(const VectorXd& q, const VectorXd& v, const VectorXd& effort) {
-    Copy(q, data_->qpos, true);
-    VectorXd::Map(data_->qvel, v.size()) = v;
-    VectorXd::Map(data_->qfrc_applied, v.size()) = effort;
-  }
-  VectorXd CalcAcceleration() {
-    mj_forward(model_.get(), data_.get());
-    return VectorXd::Map(data_->qacc, model_->nv);
-  }
-  void Run(double step, int steps) {
-    model_->opt.timestep = step;
-    for (int n = 0; n < steps; ++n) mj_step(model_.get(), data_.get());
-  }
-  VectorXd q() const {
-    VectorXd out(tree_.nq());
-    Copy(VectorXd::Map(data_->qpos, model_->nq), out.data(), false);
-    return out;
-  }
-  VectorXd v() const { return VectorXd::Map(data_->qvel, model_->nv); }
-
- private:
-  struct Deleter {
-    void operator()(mjModel* m) const { mj_deleteModel(m); }
-    void operator()(mjData* d) const { mj_deleteData(d); }
-  };
-  // Quaternions are x, y, z, w with us and w, x, y, z there.
-  void Copy(const VectorXd& from, double* to, bool ours) const {
-    VectorXd::Map(to, from.size()) = from;
-    for (const TreeBody& body : tree_.bodies()) {
-      if (body.joint != JointType::kBall) continue;
-      for (int k = 0; k < 4; ++k) {
-        const int there = (k + 1) % 4;
-        to[body.q_start + (ours ? there : k)] = from(body.q_start + (ours ? k : there));
-      }
-    }
-  }
-
-  const Tree& tree_;
-  std::unique_ptr<mjModel, Deleter> model_;
-  std::unique_ptr<mjData, Deleter> data_;
-};
 
 // The residual is affine in vdot: its columns are the mass matrix.
 VectorXd SolveAcceleration(Dynamics* dynamics, const VectorXd& q, const VectorXd& v) {
@@ -189,7 +65,7 @@ TEST_P(MujocoTest, AccelerationsAgreeAtRandomStates) {
   const Mechanism mechanism = Make(GetParam());
   const Tree& tree = mechanism.tree;
   Dynamics dynamics(tree);
-  Reference reference(tree);
+  test::MujocoReference reference(tree);
   std::mt19937_64 generator(5);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   const auto random = [&](Eigen::Index n, double scale) {
@@ -219,7 +95,7 @@ TEST_P(MujocoTest, ShortTrajectoriesAgreeAtTinySteps) {
   const Tree& tree = mechanism.tree;
   Dynamics dynamics(tree);
   ContactModel none({});
-  Reference reference(tree);
+  test::MujocoReference reference(tree);
   VectorXd start(tree.nv());
   VectorXd v0(tree.nv());
   for (int k = 0; k < tree.nv(); ++k) {

@@ -37,7 +37,7 @@ rollout: {horizon: 3 s, step: 1 ms, integrator: bdf2}
 
 TEST(Rollout, ASwingFromAFileHasThePeriodOfTheEllipticIntegral) {
   RolloutModel model(Files{{kScenarioFileName, kSwingYaml}});
-  const BodyPath path = model.Trace(VectorXd(), {}, "tip");
+  const BodyPath path = model.Trace({}, "tip");
   // The post turns the swing's plane from x to y of the world.
   EXPECT_NEAR(path.p_W[0].x(), 1.0, 1e-12);
   EXPECT_NEAR(path.p_W[0].y(), 2.0 - 0.25 * std::sin(2.0 * std::acos(-1.0) / 3.0), 1e-12);
@@ -125,7 +125,7 @@ TEST(Rollout, TheOrderOfBodiesDoesNotMatter) {
   scenario.files[kScenarioFileName] = DumpScene(reordered);
   RolloutModel reversed(scenario.files);
   EXPECT_NE(model.scene().bodies.front().name, reversed.scene().bodies.front().name);
-  ExpectSamePath(model.Trace(theta, {0.007, 0.095}, "pea"), reversed.Trace(theta, {0.007, 0.095}, "pea"));
+  ExpectSamePath(model.Trace({theta, {}, {0.007, 0.095}}, "pea"), reversed.Trace({theta, {}, {0.007, 0.095}}, "pea"));
   EXPECT_TRUE(SameBits(model.Run({theta, {}, {0.007, 0.095}, true}, {}),
                        reversed.Run({theta, {}, {0.007, 0.095}, true}, {})));
 }
@@ -139,7 +139,7 @@ TEST(Rollout, AChildMayBeListedBeforeItsParent) {
   std::swap(scene.bodies[0], scene.bodies[1]);
   RolloutModel swapped(Files{{kScenarioFileName, DumpScene(scene)}});
   EXPECT_EQ(swapped.scene().bodies[0].name, "lower");
-  ExpectSamePath(model.Trace(VectorXd(), {}, "lower"), swapped.Trace(VectorXd(), {}, "lower"));
+  ExpectSamePath(model.Trace({}, "lower"), swapped.Trace({}, "lower"));
 }
 
 }  // namespace

@@ -74,14 +74,15 @@ TEST_P(CheckModelTest, ReportsOnceAtItsPlace) {
 const SceneErrorCase kRefused[] = {
     {"TwoSurfaces", "bodies: [pea, table]", "bodies: @[pusher, table]",
      "contacts[0].bodies: forces move neither pusher nor table, so their contact does nothing"},
-    {"InertiaOfTheMesh", "shape: {type: designed_mesh}",
-     "shape: {type: designed_mesh}\n    inertia: {type: @density, "
-     "density: 1 g/cm^3}",
-     "bodies.pusher.inertia.type: value 'density': needs a sphere, capsule or box as shape; give an explicit inertia"},
+    {"SolidMesh", "shape: {type: designed_mesh}",
+     "shape: {type: designed_mesh}\n    inertia: {type: @solid, mass: 1 g}",
+     "bodies.pusher.inertia.type: value 'solid': the mass of a designed mesh follows from a density, or is given by an "
+     "explicit inertia and stays"},
     {"VertexBeyondTheCage", "vertices: [20, 21, 22, 23]", "vertices: [20, 21, @24, 23]",
-     "design.vertex_groups.right_tip.vertices[2]: value '24': the cage has 24 vertices, 0 to 23"},
+     "design.bodies.pusher.vertex_groups.right_tip.vertices[2]: value '24': the cage has 24 vertices, 0 to 23"},
     {"NoMesh", "mesh: meshes/pusher.obj", "mesh: @meshes/make_pusher.py",
-     "design.mesh: value 'meshes/make_pusher.py': meshes/make_pusher.py: cannot read '.py' files as meshes; save it as "
+     "design.bodies.pusher.mesh: value 'meshes/make_pusher.py': meshes/make_pusher.py: cannot read '.py' files as "
+     "meshes; save it as "
      ".obj or .stl"},
 };
 
@@ -92,8 +93,9 @@ TEST_F(CheckModelTest, AMeshMustBeClosed) {
   std::ofstream(folder_ / "meshes/open.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\n";
   const EditedScene scene = EditScene(ReadPushing(), "cage: meshes/pusher_cage.obj", "cage: @meshes/open.obj");
   EXPECT_THAT(FindErrors(scene.text),
-              testing::StartsWith("p.yaml:" + scene.place +
-                                  ": design.cage: value 'meshes/open.obj': must be closed and face outwards; it has "));
+              testing::StartsWith(
+                  "p.yaml:" + scene.place +
+                  ": design.bodies.pusher.cage: value 'meshes/open.obj': must be closed and face outwards; it has "));
 }
 
 // Errors of the format and of the model come together, and one does not cause another.

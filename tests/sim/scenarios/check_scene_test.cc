@@ -23,10 +23,10 @@ const SceneErrorCase kContradictions[] = {
      "controls.interval: value '101 ms': must be a whole number of steps of 0.002 s"},
     {"IntervalAcrossTheEnd", "interval: 100 ms", "interval: @300 ms",
      "controls.interval: value '300 ms': the horizon, 1 s, must be a whole number of intervals"},
-    {"ControlBoundsSwapped", "lower: -1, upper: 2", "lower: @3, upper: 2",
-     "controls.lower: value '3': must be less than upper, 2"},
+    {"ControlBoundsSwapped", "lower: -1, upper: 0.75", "lower: @3, upper: 0.75",
+     "controls.lower: value '3': must be less than upper, 0.75"},
     {"ControlStartsOutside", "initial: 0.5", "initial: @2.5",
-     "controls.initial: value '2.5': must lie from lower, -1, to upper, 2"},
+     "controls.initial: value '2.5': must lie from lower, -1, to upper, 0.75"},
     {"PolicyIsRefused", "optimize: [design, control]", "optimize: [design, @policy]",
      "learning.optimize[1]: value 'policy': scenarios have no policy yet; design and control can be optimised"},
     {"OptimizedTwice", "optimize: [design, control]", "optimize: @[control, control]",
@@ -36,7 +36,7 @@ const SceneErrorCase kContradictions[] = {
      "learning.optimize[1]: value 'control': method ours chooses among design parameters alone; diffhand and "
      "simple_continual move controls"},
     {"NoControlsToOptimize",
-     "controls: {actuators: [hinge, slider], interval: 100 ms, squash: none, initial: 0.5, lower: -1, upper: 2}\n"
+     "controls: {actuators: [hinge, slider], interval: 100 ms, squash: none, initial: 0.5, lower: -1, upper: 0.75}\n"
      "learning: {method: simple_continual, optimize: [design, control]",
      "learning: {method: simple_continual, optimize: [design, @control]",
      "learning.optimize[1]: value 'control': the scenario has no section controls"},
@@ -63,22 +63,22 @@ const SceneErrorCase kContradictions[] = {
      "contacts[1].bodies: ground and pea already have a contact, contacts[0]"},
     {"ContactWithoutShape", "bodies: [tool, pea]", "bodies: [tool, @hinge]",
      "contacts[1].bodies[1]: value 'hinge': this body has no shape to touch with"},
-    {"TwoDesignedBodies",
+    {"DesignedBodyWithoutAMesh",
      "velocity: [1 m/s, 0 m/s, 0 m/s], angular_velocity: [0 rad/s, 0 rad/s, 9 deg/s]}\n    shape: "
      "{type: half_space}",
      "velocity: [1 m/s, 0 m/s, 0 m/s], angular_velocity: [0 rad/s, 0 rad/s, 9 deg/s]}\n    shape: "
      "{type: @designed_mesh}",
-     "bodies.wall.shape.type: value 'designed_mesh': only one body may be designed, and tool is"},
-    {"DesignOfAnotherBody", "  body: tool", "  body: @wall",
-     "design.body: value 'wall': the shape of this body must be of type designed_mesh"},
+     "bodies.wall.shape.type: value 'designed_mesh': needs an entry of design.bodies that gives the mesh"},
+    {"DesignOfAnotherBody", "    - name: tool\n      mesh", "    - name: @wall\n      mesh",
+     "design.bodies.wall.name: value 'wall': the shape of this body must be of type designed_mesh"},
     {"LowerAboveUpper", "lower: 20 mm", "lower: @60 mm",
      "design.parameters.width.lower: value '60 mm': must be less than upper, 0.056 m"},
     {"InitialOutside", "initial: 44 mm", "initial: @57 mm",
      "design.parameters.width.initial: value '57 mm': must lie from lower, 0.02 m, to upper, 0.056 m"},
-    {"VertexTwice", "[4, 5]", "@[4, 4]", "design.vertex_groups.right.vertices: names a vertex twice"},
+    {"VertexTwice", "[4, 5]", "@[4, 4]", "design.bodies.tool.vertex_groups.right.vertices: names a vertex twice"},
     {"IdleParameter", "    - {name: depth",
      "    - {name: @idle, initial: 0 mm, lower: 0 mm, upper: 1 mm}\n    - {name: depth",
-     "design.parameters.idle.name: value 'idle': moves no vertex of the cage; see design.moves"},
+     "design.parameters.idle.name: value 'idle': moves no vertex of a cage; see design.bodies"},
     {"FractionOfAStep", "horizon: 1 s", "horizon: @1.001 s",
      "rollout.horizon: value '1.001 s': must be a whole number of steps of 0.002 s"},
     {"SamplesBetweenSteps", "sample_period: 20 ms", "sample_period: @21 ms",
@@ -103,8 +103,8 @@ const SceneErrorCase kContradictions[] = {
      "variation[1].mean: value '0.09': draws reach from -0.010000000000000009 to 0.19, but the key must be from 0 to "
      "10"},
     {"BatchOfTooMany", "batch: 2", "batch: @11", "learning.batch: value '11': a batch has at most all 10 variations"},
-    {"TooManyDimensions", "dimensions_per_batch: 1", "dimensions_per_batch: @3",
-     "learning.dimensions_per_batch: value '3': must be at most the number of design parameters, 2"},
+    {"TooManyDimensions", "dimensions_per_batch: 1", "dimensions_per_batch: @4",
+     "learning.dimensions_per_batch: value '4': must be at most the number of design parameters, 3"},
 };
 
 INSTANTIATE_TEST_SUITE_P(All, Contradiction, testing::ValuesIn(kContradictions),

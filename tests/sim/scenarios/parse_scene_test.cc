@@ -41,14 +41,14 @@ TEST(ParseScene, ReadsEveryKindOfThing) {
   EXPECT_EQ(std::get<ZigzagMotion>(std::get<PrescribedJoint>(scene.bodies[1].joint.kind).motion).amplitude, 0.06);
   EXPECT_EQ(std::get<FreeJoint>(scene.bodies.back().joint.kind).initial.position, Eigen::Vector3d(0.0, 0.1, 0.01));
   EXPECT_EQ(scene.contacts[1].slip_speed, 1e-3);
-  EXPECT_EQ(scene.design->moves[1].group, "right");
-  EXPECT_EQ(scene.design->vertex_groups[1].vertices, (std::vector<std::int64_t>{4, 5}));
+  EXPECT_EQ(scene.design->bodies[0].moves[1].group, "right");
+  EXPECT_EQ(scene.design->bodies[0].vertex_groups[1].vertices, (std::vector<std::int64_t>{4, 5}));
   EXPECT_EQ(std::get<PositionMatchLoss>(scene.loss.distillation[0]).axes, (std::vector<Axis>{Axis::kX, Axis::kY}));
   EXPECT_EQ(std::get<UniformDistribution>(scene.variation[0].distribution).lower, -0.02);
   EXPECT_EQ(scene.learning.method, SceneLearningMethod::kSimpleContinual);
   EXPECT_EQ(scene.learning.seed, 9007199254740991);
   ASSERT_EQ(result.files.size(), 2u);
-  EXPECT_EQ(result.files[0].field, "design.mesh");
+  EXPECT_EQ(result.files[0].field, "design.bodies.tool.mesh");
   EXPECT_EQ(result.files[1].path, "meshes/tool_cage.obj");
 }
 
@@ -114,7 +114,7 @@ const SceneErrorCase kFieldErrors[] = {
     {"WrongElement", "[0 m/s^2, 0 m/s^2, -1.62 m/s^2]", "[0 m/s^2, @zero, -1.62 m/s^2]",
      "gravity[1]: value 'zero': expected an acceleration with its unit, such as '-9.81 m/s^2'"},
     {"EmptyList", "vertices: [4, 5]", "vertices: @[]",
-     "design.vertex_groups.right.vertices: has 0 elements, expected at least 1 element"},
+     "design.bodies.tool.vertex_groups.right.vertices: has 0 elements, expected at least 1 element"},
     {"ScalarForASection", "evaluation: {variations: 20, seed: 12}", "evaluation: @20",
      "evaluation: value '20': expected a section of keys"},
     {"UnknownType", "type: free}", "type: @fre}",
@@ -131,19 +131,19 @@ const SceneErrorCase kFieldErrors[] = {
      "contacts[0].bodies[1]: value 'world': no such body; expected one of: ground, tool, wall, hinge, slider, swivel, "
      "puck, pea"},
     {"UnknownParameter", "parameter: depth", "parameter: @dept",
-     "design.moves[2].parameter: value 'dept': no such parameter; did you mean 'depth'?"},
+     "design.bodies.tool.moves[2].parameter: value 'dept': no such parameter; did you mean 'depth'?"},
     {"UnknownGroup", "group: right", "group: @rihgt",
-     "design.moves[1].group: value 'rihgt': no such vertex group; did you mean 'right'?"},
+     "design.bodies.tool.moves[1].group: value 'rihgt': no such vertex group; did you mean 'right'?"},
     {"BadName", "name: everything", "name: @every-thing",
      "name: value 'every-thing': expected a name of letters, digits and _ that does not begin with a digit"},
     {"NameOfTheWorld", "name: puck", "name: @world",
      "bodies.world.name: value 'world': is the name of the world, which every scene has"},
     {"NameTwice", "name: puck", "name: @slider", "bodies.slider.name: value 'slider': another body has this name"},
     {"FileOutside", "meshes/tool.obj", "@../tool.obj",
-     "design.mesh: value '../tool.obj': expected a file below the scenario's folder, as a relative path without '..', "
+     "design.bodies.tool.mesh: value '../tool.obj': expected a file below the scenario's folder, as a relative path without '..', "
      "such as 'meshes/tool.obj'"},
     {"FileAbsolute", "meshes/tool.obj", "@/tmp/tool.obj",
-     "design.mesh: value '/tmp/tool.obj': expected a file below the scenario's folder, as a relative path without "
+     "design.bodies.tool.mesh: value '/tmp/tool.obj': expected a file below the scenario's folder, as a relative path without "
      "'..', such as 'meshes/tool.obj'"},
     {"VariationKeyUnknown", "\"contacts[0].friction\"", "@\"contacts[0].fricton\"",
      "variation[1].key: value 'contacts[0].fricton': the scene has no such number; did you mean "

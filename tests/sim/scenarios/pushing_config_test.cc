@@ -26,8 +26,8 @@ class PushingConfig : public testing::Test {
   Eigen::Vector2d CalcStation(int station, double x, const Eigen::VectorXd& theta) const {
     Eigen::Vector2d p(x, 0.0);
     const Design& design = *scene_.design;
-    for (const CageMove& move : design.moves) {
-      for (const VertexGroup& group : design.vertex_groups) {
+    for (const CageMove& move : design.bodies.at(0).moves) {
+      for (const VertexGroup& group : design.bodies.at(0).vertex_groups) {
         if (group.name != move.group || group.vertices.at(1) != 4 * station + 1) continue;
         for (std::size_t k = 0; k < design.parameters.size(); ++k) {
           if (design.parameters[k].name != move.parameter) continue;
@@ -67,7 +67,7 @@ TEST_F(PushingConfig, ParametersMeanWhatTheirNamesSay) {
 
 TEST_F(PushingConfig, EveryVertexOfTheCageIsInOneGroup) {
   std::vector<int> count(24, 0);
-  for (const VertexGroup& group : scene_.design->vertex_groups) {
+  for (const VertexGroup& group : scene_.design->bodies.at(0).vertex_groups) {
     for (const std::int64_t vertex : group.vertices) ++count.at(static_cast<std::size_t>(vertex));
   }
   EXPECT_EQ(count, std::vector<int>(24, 1));

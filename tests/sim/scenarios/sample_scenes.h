@@ -41,19 +41,23 @@ bodies:
     shape: {type: half_space}
   - name: hinge
     parent: wall
-    joint: {type: revolute, axis: [1, 1, 0], damping: 0.2 N*m*s/rad}
+    joint: {type: revolute, axis: [1, 1, 0], damping: 0.2 N*m*s/rad, stiffness: 0.1 N*m/rad, rest: 5 deg,
+            limits: {lower: -90 deg, upper: 90 deg, stiffness: 2 N*m/rad, damping: 0.1 s/rad, width: 1 deg},
+            actuator: {type: force, limit: 0.06 N*m}}
     inertia: {type: explicit, mass: 3 g, center: [1 mm, 2 mm, 3 mm],
               moments: [3e-6 kg*m^2, 3e-6 kg*m^2, 3e-6 kg*m^2], products: [1e-7 kg*m^2, 0 kg*m^2, 0 kg*m^2]}
     initial: {angle: 45 deg, rate: 1 rad/s}
   - name: slider
     parent: hinge
-    joint: {type: prismatic, axis: [0, 0, 2], damping: 3 N*s/m}
+    joint: {type: prismatic, axis: [0, 0, 2], damping: 3 N*s/m, stiffness: 4 N/m, rest: 5 mm,
+            limits: {lower: -1 cm, upper: 1 cm, stiffness: 200 N/m, damping: 2 s/m, width: 1 mm},
+            actuator: {type: position, limit: 5 N, stiffness: 80 N/m, damping: 1 N*s/m, lower: -9 mm, upper: 9 mm}}
     shape: {type: sphere, radius: 1 cm}
     inertia: {type: solid, mass: 1 g}
     initial: {displacement: 3 mm, speed: 1 mm/s}
   - name: swivel
     parent: slider
-    joint: {type: ball, damping: 0.1 N*m*s/rad}
+    joint: {type: ball, damping: 0.1 N*m*s/rad, stiffness: 0.2 N*m/rad, rest_rpy: [1 deg, 2 deg, 3 deg]}
     shape: {type: sphere, radius: 1 cm}
     inertia: {type: solid, mass: 1 g}
     initial: {orientation_rpy: [10 deg, 20 deg, 30 deg], angular_velocity: [1 rad/s, 2 rad/s, 3 rad/s]}
@@ -81,25 +85,31 @@ contacts:
      rolling_resistance: 0.03, slip_speed: 2 mm/s, stick_distance: 20 um}
   - {bodies: [tool, pea], stiffness: 1e8 N/m^3}
 design:
-  body: tool
-  mesh: meshes/tool.obj
-  cage: meshes/tool_cage.obj
-  mesh_unit: 1 mm
   parameters:
     - {name: width, initial: 44 mm, lower: 20 mm, upper: 56 mm}
     - {name: depth, initial: 0 mm, lower: -15 mm, upper: 30 mm}
-  vertex_groups:
-    - {name: left, vertices: [0, 1, 2, 3]}
-    - {name: right, vertices: [4, 5]}
-  moves:
-    - {parameter: width, group: left, direction: [-0.5, 0, 0]}
-    - {parameter: width, group: right, direction: [0.5, 0, 0]}
-    - {parameter: depth, group: left, direction: [0, 1, 0]}
+    - {name: height, kind: scale, initial: 1, lower: 0.5, upper: 4}
+  bodies:
+    - name: tool
+      mesh: meshes/tool.obj
+      cage: meshes/tool_cage.obj
+      mesh_unit: 1 mm
+      vertex_groups:
+        - {name: left, vertices: [0, 1, 2, 3]}
+        - {name: right, vertices: [4, 5]}
+      moves:
+        - {parameter: width, group: left, direction: [-0.5, 0, 0]}
+        - {parameter: width, group: right, direction: [0.5, 0, 0]}
+        - {parameter: depth, group: left, direction: [0, 1, 0]}
+        - {parameter: height, group: right, direction: [0, 0, 1]}
 rollout: {horizon: 1 s, step: 2 ms, integrator: bdf2, newton_tolerance: 1e-9, newton_max_iterations: 20}
 loss:
   task:
     - {type: crossing, body: pea, axis: y, at: 370 mm, opening_axis: x, opening_center: 1 mm, opening_half_width: 20 mm,
        weight: 2, length_unit: 1 cm, shortfall_weight: 3, shortfall_scale: 4 cm}
+    - {type: control_cost, weight: 0.1}
+    - {type: point_target, body: pill, point: [0 mm, 0 mm, 1 cm], sample_period: 10 ms, weight: 10, length_unit: 1 cm,
+       targets: [{from: 0 s, position: [1 cm, 2 cm, 3 cm]}, {from: 0.5 s, position: [0 m, 0 m, 1 m]}]}
   distillation:
     - {type: position_match, body: pea, axes: [x, y], sample_period: 20 ms, normalize: mean, weight: 5,
        length_unit: 1 cm}
@@ -108,7 +118,7 @@ variation:
   - {key: "bodies.pea.initial.position[0]", distribution: uniform, lower: -20 mm, upper: 20 mm}
   - {key: "contacts[0].friction", distribution: normal, mean: 0.4, std: 0.05, truncate_at: 2}
   - {key: "loss.task[0].opening_center", distribution: uniform, lower: -1 mm, upper: 1 mm}
-controls: {actuators: [hinge, slider], interval: 100 ms, squash: none, initial: 0.5, lower: -1, upper: 2}
+controls: {actuators: [hinge, slider], interval: 100 ms, squash: none, initial: 0.5, lower: -1, upper: 0.75}
 learning: {method: simple_continual, optimize: [design, control], variations: 10, batch: 2, dimensions_per_batch: 1,
            alpha: 0.2, learning_rate: 0.5, decay: 0.4, optimizer: LD_MMA, max_evaluations: 7, seed: 9007199254740991}
 evaluation: {variations: 20, seed: 12}

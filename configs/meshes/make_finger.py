@@ -1,0 +1,99 @@
+#!/usr/bin/env python3
+"""Writes the links of the finger of configs/reaching.yaml and their cages beside this script.
+
+Millimetres; x along the finger, z up. A link's origin is on its axis of rotation where it has one, else at its start.
+A cage is a box between two rectangles: vertices 0 to 3 at the start, 4 to 7 at the end, each in the order
+(-y, -z), (+y, -z), (+y, +z), (-y, +z). The link inside is a rounded bar that touches the middle of the cage's faces:
+rings of a superellipse |y/b|^4 + |z/h|^4 = 1.
+"""
+import math
+import pathlib
+
+AROUND = 32  # vertices of a ring
+ALONG = 12  # cells along a link
+CAP_RINGS = 2  # inner rings of an end face
+
+# name: (start, end, width and height at the start, at the end, shape of the ends)
+LINKS = {
+    "finger_palm": (0, 7, (16, 32.4), (16, 32.4), "flat"),
+    "finger_knuckle": (-16, 11.5, (16, 32.4), (26, 26), "chamfered"),
+    "finger_joint": (-9.8, 10.8, (26, 26), (26, 26), "chamfered"),
+    "finger_phalanx": (0, 23.4, (26, 26), (26, 26), "flat"),
+    "finger_tip": (0, 22.1, (26, 26), (26, 26), "round"),
+}
+
+
+def make_profile(ends):
+    """(place along the link, size of the section there), both as fractions."""
+    places = [i / ALONG for i in range(ALONG + 1)]
+    if ends == "chamfered":
+        return [(s, 1 - 0.1 * max(0, 1 - 8 * min(s, 1 - s))) for s in places]
+    if ends == "round":  # the last third is half an ellipsoid, cut at 30% of its section
+        return [(s, math.sqrt(1 - 0.91 * max(0, 3 * s - 2) ** 2)) for s in places]
+    return [(s, 1) for s in places]
+
+
+def round_off(x):
+    return math.copysign(math.sqrt(abs(x)), x) if abs(x) > 1e-12 else 0.0
+
+
+def make_link(start, end, size0, size1, ends):
+    vertices, triangles = [], []
+
+    def add_ring(s, size):
+        first = len(vertices)
+        half = [0.5 * size * (a + (b - a) * s) for a, b in zip(size0, size1)]
+        for k in range(AROUND):
+            angle = 2 * math.pi * k / AROUND
+            vertices.append((start + (end - start) * s, half[0] * round_off(math.cos(angle)),
+                             half[1] * round_off(math.sin(angle))))
+        return first
+
+    def join(a, b):
+        for k in range(AROUND):
+            n = (k + 1) % AROUND
+            triangles.extend([(a + k, a + n, b + n), (a + k, b + n, b + k)])
+
+    def close(ring, s, size, at_end):
+        for i in range(CAP_RINGS, 0, -1):
+            inner = add_ring(s, size * i / (CAP_RINGS + 1))
+            join(*((ring, inner) if at_end else (inner, ring)))
+            ring = inner
+        center = len(vertices)
+        vertices.append((start + (end - start) * s, 0.0, 0.0))
+        for k in range(AROUND):
+            n = (k + 1) % AROUND
+            triangles.append((ring + k, ring + n, center) if at_end else (ring + n, ring + k, center))
+
+    profile = make_profile(ends)
+    rings = [add_ring(s, size) for s, size in profile]
+    for a, b in zip(rings, rings[1:]):
+        join(a, b)
+    close(rings[0], *profile[0], False)
+    close(rings[-1], *profile[-1], True)
+    return vertices, triangles
+
+
+def make_cage(start, end, size0, size1, _):
+    vertices = []
+    for x, (width, height) in ((start, size0), (end, size1)):
+        vertices += [(x, y * width / 2, z * height / 2) for y, z in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    quads = [(0, 3, 2, 1), (4, 5, 6, 7)] + [(k, (k + 1) % 4, 4 + (k + 1) % 4, 4 + k) for k in range(4)]
+    return vertices, [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))]
+
+
+def write_obj(name, title, vertices, triangles):
+    lines = [f"# {title}; millimetres; made by make_finger.py"]
+    lines += [f"v {x:.10g} {y:.10g} {z:.10g}" for x, y, z in vertices]
+    lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in triangles]
+    pathlib.Path(__file__).with_name(name + ".obj").write_text("\n".join(lines) + "\n")
+
+
+def main():
+    for name, link in LINKS.items():
+        write_obj(name, name.replace("_", " ").capitalize(), *make_link(*link))
+        write_obj(name + "_cage", "Cage of the " + name.replace("_", " "), *make_cage(*link))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,133 @@
+#include "sim/rollout/scene_design.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <stdexcept>
+#include <utility>
+#include <variant>
+
+#include "sim/geometry/mesh_io.h"
+
+namespace knap {
+
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+namespace {
+
+std::vector<VertexMove> MakeMoves(const Design& design, const DesignedBody& body, const TriangleMesh& cage) {
+  std::vector<VertexMove> moves;
+  for (const CageMove& move : body.moves) {
+    const auto parameter = std::find_if(design.parameters.begin(), design.parameters.end(),
+                                        [&](const DesignParameter& p) { return p.name == move.parameter; });
+    const auto group = std::find_if(body.vertex_groups.begin(), body.vertex_groups.end(),
+                                    [&](const VertexGroup& g) { return g.name == move.group; });
+    for (const std::int64_t vertex : group->vertices) {
+      Vector3d direction = move.direction;
+      if (parameter->kind == ParameterKind::kStretch) {
+        direction.array() *= cage.vertices.at(static_cast<std::size_t>(vertex)).array();
+      }
+      moves.push_back({static_cast<int>(parameter - design.parameters.begin()), static_cast<int>(vertex), direction});
+    }
+  }
+  return moves;
+}
+
+CageDesign MakeCageDesign(const Design& design, const DesignedBody& body, const VectorXd& initial,
+                          const std::map<std::string, std::string>& files) try {
+  TriangleMesh mesh = ReadMesh(body.mesh, files.at(body.mesh), body.mesh_unit);
+  TriangleMesh cage = ReadMesh(body.cage, files.at(body.cage), body.mesh_unit);
+  const std::vector<VertexMove> moves = MakeMoves(design, body, cage);
+  return CageDesign(std::move(mesh), std::move(cage), initial, moves);
+} catch (const std::exception& e) {
+  throw std::runtime_error(fmt::format("design of '{}': {}", body.name, e.what()));
+}
+
+bool Touches(const Scene& scene, const std::string& body) {
+  return std::any_of(scene.contacts.begin(), scene.contacts.end(),
+                     [&](const Contact& c) { return c.bodies[0] == body || c.bodies[1] == body; });
+}
+
+}  // namespace
+
+SceneDesign::SceneDesign(const Scene& scene, const std::map<std::string, std::string>& files) {
+  const Design& design = *scene.design;
+  const auto d = static_cast<Eigen::Index>(design.parameters.size());
+  initial_theta_.resize(d);
+  ranges_.resize(d);
+  for (Eigen::Index i = 0; i < d; ++i) {
+    const DesignParameter& parameter = design.parameters[static_cast<std::size_t>(i)];
+    initial_theta_(i) = parameter.initial;
+    ranges_(i) = parameter.upper - parameter.lower;
+  }
+  for (const DesignedBody& body : design.bodies) {
+    names_.push_back(body.name);
+    Part part{MakeCageDesign(design, body, initial_theta_, files), Touches(scene, body.name), nullptr};
+    if (part.touches) part.sampling = MakeSampling(scene, body.name, part.cage.initial_mesh());
+    parts_.emplace(body.name, std::move(part));
+  }
+}
+
+const CageDesign* SceneDesign::Find(const std::string& body) const {
+  const auto found = parts_.find(body);
+  return found == parts_.end() ? nullptr : &found->second.cage;
+}
+
+DesignedShapes SceneDesign::CalcShapes(const VectorXd& theta) const {
+  DesignedShapes shapes;
+  for (const auto& [name, part] : parts_) {
+    DesignedShape shape;
+    shape.mesh = part.cage.CalcMesh(theta);
+    shape.of_unit_density = CalcMassProperties(shape.mesh, 1.0);
+    if (part.touches) shape.contact = std::make_shared<ContactMesh>(shape.mesh, part.sampling);
+    shapes.emplace(name, std::move(shape));
+  }
+  return shapes;
+}
+
+void SceneDesign::MoveAttachments(const VectorXd& theta, Scene* scene) const {
+  const VectorXd change = theta - initial_theta_;
+  const auto move = [&](const std::string& body, const Vector3d& at, Vector3d* p_B) {
+    if (const CageDesign* cage = Find(body)) *p_B += cage->CalcPointDerivative(at) * change;
+  };
+  for (Body& body : scene->bodies) {
+    const Vector3d at = body.joint.GetAttachmentPoint();
+    move(body.parent, at, &body.joint.position);
+  }
+  for (TaskTerm& term : scene->loss.task) {
+    auto* target = std::get_if<PointTargetLoss>(&term);
+    if (target != nullptr) move(target->body, Vector3d(target->point), &target->point);
+  }
+}
+
+VectorXd SceneDesign::PullBack(const Scene& scene, const DesignedShapes& shapes, const SceneModel& model,
+                               const TrajectoryGradient& gradient, const std::vector<PointCotangent>& points) const {
+  VectorXd out = VectorXd::Zero(num_parameters());
+  const auto add_point = [&](const std::string& body, const Vector3d& p_B, const Vector3d& bar_B) {
+    if (const CageDesign* cage = Find(body)) out += cage->CalcPointDerivative(p_B).transpose() * bar_B;
+  };
+  for (const PointCotangent& point : points) add_point(point.body, point.p_B, point.bar_B);
+  for (const Body& body : scene.bodies) {
+    // An error of the joint's placement, in the joint's frame J.
+    const int joint = model.joint_index.at(body.name);
+    const Vector3d bar_J = gradient.bodies[static_cast<std::size_t>(joint)].placement.tail<3>();
+    add_point(body.parent, body.joint.GetAttachmentPoint(),
+              model.tree.bodies()[static_cast<std::size_t>(joint)].X_PF.R * bar_J);
+
+    const DensityInertia* inertia = body.inertia ? std::get_if<DensityInertia>(&*body.inertia) : nullptr;
+    if (inertia == nullptr || Find(body.name) == nullptr) continue;
+    const BodyParameterCotangent& b = gradient.bodies[static_cast<std::size_t>(model.body_index.at(body.name))];
+    out += Find(body.name)->PullBack(
+        PullBackMassProperties(shapes.at(body.name).mesh, inertia->density, {b.mass, b.first_moment, b.inertia}));
+  }
+  for (std::size_t i = 0; i < gradient.vertices.size(); ++i) {
+    if (gradient.vertices[i].cols() == 0) continue;
+    out += Find(model.contact_mesh_of[i])->PullBack(gradient.vertices[i]);
+  }
+  return out;
+}
+
+}  // namespace knap

@@ -1,0 +1,220 @@
+// Designed bodies that forces move: what follows theta, and gradients through masses, joints, contacts and actuators
+// against differences.
+#include "sim/rollout/scene_design.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "sim/rollout/rollout.h"
+#include "sim/scenarios/scenario_files.h"
+#include "tests/sim/rollout/differences.h"
+
+namespace knap {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using Files = std::map<std::string, std::string>;
+
+// An arm with every law a joint can have, and a hand on it that beats the ground and pushes a ball. Gravity turns them
+// down; both links are designed, the hand's joint rides on the arm's end.
+constexpr char kArm[] = R"(schema: 1
+name: arm
+bodies:
+  - name: ground
+    joint: {type: fixed, position: [0 mm, 0 mm, -30 mm]}
+    shape: {type: half_space}
+  - name: arm
+    joint: {type: revolute, axis: [0, 1, 0], damping: 1e-4 N*m*s/rad, stiffness: 2e-3 N*m/rad, rest: 5 deg,
+            limits: {lower: -40 deg, upper: 20 deg, stiffness: 0.5 N*m/rad, damping: 0.2 s/rad, width: 10 deg},
+            actuator: {type: position, limit: 5 N*m, stiffness: 3e-3 N*m/rad, damping: 1e-5 N*m*s/rad,
+                       lower: -20 deg, upper: 30 deg}}
+    shape: {type: designed_mesh}
+    inertia: {type: density, density: 1 g/cm^3}
+  - name: hand
+    parent: arm
+    joint: {type: revolute, axis: [0, 1, 0], position: [25 mm, 0 mm, 0 mm], damping: 1e-4 N*m*s/rad,
+            attachment: {point: [23.4 mm, 0 mm, 0 mm]}, actuator: {type: force, limit: 5e-3 N*m}}
+    shape: {type: designed_mesh}
+    inertia: {type: density, density: 1 g/cm^3}
+    initial: {angle: 10 deg}
+  - name: ball
+    joint: {type: free}
+    shape: {type: sphere, radius: 8 mm}
+    inertia: {type: solid, mass: 2 g}
+    initial: {position: [56 mm, 3 mm, -22 mm]}
+contacts:
+CONTACTS
+design:
+  parameters:
+    - {name: arm_length, initial: 23.4 mm, lower: 15 mm, upper: 40 mm}
+    - {name: arm_width, kind: scale, initial: 1, lower: 0.5, upper: 2}
+    - {name: hand_height, kind: scale, initial: 1, lower: 0.5, upper: 2}
+    - {name: hand_length, kind: scale, initial: 1, lower: 0.5, upper: 2}
+  bodies:
+    - name: arm
+      mesh: meshes/finger_phalanx.obj
+      cage: meshes/finger_phalanx_cage.obj
+      mesh_unit: 1 mm
+      vertex_groups: [{name: arm_end, vertices: [4, 5, 6, 7]}]
+      moves:
+        - {parameter: arm_length, group: arm_end, direction: [1, 0, 0]}
+        - {parameter: arm_width, group: arm_end, direction: [0, 1, 0]}
+    - name: hand
+      mesh: meshes/finger_tip.obj
+      cage: meshes/finger_tip_cage.obj
+      mesh_unit: 1 mm
+      vertex_groups: [{name: hand_end, vertices: [4, 5, 6, 7]}]
+      moves:
+        - {parameter: hand_height, group: hand_end, direction: [0, 0, 1]}
+        - {parameter: hand_length, group: hand_end, direction: [1, 0, 0]}
+controls: {actuators: [hand, arm], interval: 50 ms, initial: 0, lower: -2, upper: 2}
+rollout: {horizon: 0.2 s, step: 1 ms, newton_tolerance: 1e-13}
+loss:
+  task:
+    - {type: control_cost, weight: 0.02}
+    - {type: point_target, body: hand, point: [20 mm, 0 mm, 4 mm], sample_period: 20 ms, length_unit: 1 cm,
+       targets: [{from: 0 s, position: [5 cm, 1 cm, 2 cm]}, {from: 70 ms, position: [4 cm, 0 cm, 3 cm]}]}
+    - {type: point_target, body: ball, sample_period: 50 ms, weight: 3, length_unit: 1 cm,
+       targets: [{from: 0 s, position: [9 cm, 0 cm, -2 cm]}]}
+)";
+
+constexpr char kTouching[] =
+    "  - {bodies: [hand, ground], stiffness: 1e7 N/m^3, damping: 2 s/m, friction: 0.6, slip_speed: 1 cm/s, "
+    "stick_distance: 50 um}\n"
+    "  - {bodies: [ball, ground], stiffness: 1e8 N/m^3, damping: 2 s/m, friction: 0.3, slip_speed: 1 cm/s}\n"
+    "  - {bodies: [ball, hand], stiffness: 1e8 N/m^3, damping: 2 s/m, friction: 0.3, slip_speed: 1 cm/s}\n";
+
+std::string ReadFile(const std::string& path) {
+  std::ifstream file(path);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+Files MakeFiles(bool touching) {
+  std::string text = kArm;
+  const std::string mark = "contacts:\nCONTACTS\n";
+  text.replace(text.find(mark), mark.size(), touching ? "contacts:\n" + std::string(kTouching) : "");
+  Files files{{kScenarioFileName, text}};
+  for (const char* name : {"finger_phalanx", "finger_phalanx_cage", "finger_tip", "finger_tip_cage"}) {
+    const std::string path = std::string("meshes/") + name + ".obj";
+    files[path] = ReadFile(std::string(KNAP_CONFIGS "/") + path);
+  }
+  return files;
+}
+
+const VectorXd kTheta = (VectorXd(4) << 0.028, 1.2, 0.9, 1.3).finished();
+
+TEST(SceneDesign, WhatHangsOnABodyMovesWithItsMesh) {
+  const Files files = MakeFiles(true);
+  Scene scene = ParseScenarioFiles(files);
+  const SceneDesign design(scene, files);
+  const Vector3d before =
+      scene.loss.task[1].index() == 2 ? std::get<PointTargetLoss>(scene.loss.task[1]).point : Vector3d::Zero();
+  design.MoveAttachments(kTheta, &scene);
+  // The arm's end has moved by 4.6 mm, and with it the joint, 1.6 mm beyond it; the ball hangs on nothing.
+  EXPECT_LT((scene.bodies[2].joint.position - Vector3d(0.0296, 0.0, 0.0)).norm(), 1e-15);
+  EXPECT_EQ(scene.bodies[1].joint.position, Vector3d::Zero());
+  const Vector3d after = std::get<PointTargetLoss>(scene.loss.task[1]).point;
+  // Near the end of the hand, whose length grows by 30% and whose height shrinks by 10% there.
+  EXPECT_NEAR(after.x() - before.x(), 0.3 * before.x(), 1e-12);
+  EXPECT_LT(after.z(), before.z());
+  EXPECT_EQ(std::get<PointTargetLoss>(scene.loss.task[2]).point, Vector3d::Zero());
+}
+
+TEST(SceneDesign, MassAndInertiaAreThoseOfTheMesh) {
+  const Files files = MakeFiles(true);
+  const Scene scene = ParseScenarioFiles(files);
+  const SceneDesign design(scene, files);
+  const DesignedShapes shapes = design.CalcShapes(kTheta);
+  const SceneModel model = BuildModel(scene, shapes);
+  for (const char* name : {"arm", "hand"}) {
+    const MassProperties expected = CalcMassProperties(design.Find(name)->CalcMesh(kTheta), 1000.0);
+    const Matrix6d& M = model.tree.bodies()[static_cast<std::size_t>(model.body_index.at(name))].M;
+    EXPECT_NEAR(M(3, 3), expected.mass, 1e-14);
+    EXPECT_LT((M.topLeftCorner<3, 3>() - expected.inertia).norm(), 1e-12 * expected.inertia.norm());
+    EXPECT_NEAR(M(1, 3), expected.first_moment.z(), 1e-16);
+    EXPECT_NEAR(M(2, 4), expected.first_moment.x(), 1e-14);
+    EXPECT_NE(shapes.at(name).contact != nullptr, std::string(name) == "arm");  // nothing touches the arm
+  }
+}
+
+TEST(SceneDesign, JointsHaveTheLawsOfTheFile) {
+  const Files files = MakeFiles(false);
+  const Scene scene = ParseScenarioFiles(files);
+  const SceneModel model = BuildModel(scene, SceneDesign(scene, files).CalcShapes(kTheta));
+  constexpr double kDegree = 3.14159265358979323846 / 180.0;
+  const JointLaw& law = model.tree.bodies()[static_cast<std::size_t>(model.body_index.at("arm"))].law;
+  EXPECT_EQ(law.damping, 1e-4);
+  EXPECT_EQ(law.stiffness, 2e-3);
+  EXPECT_NEAR(law.rest(0), 5.0 * kDegree, 1e-15);
+  EXPECT_NEAR(law.limit.lower, -40.0 * kDegree, 1e-15);
+  EXPECT_EQ(law.limit.stiffness, 0.5);
+  EXPECT_EQ(law.limit.damping, 0.2);
+  EXPECT_NEAR(law.limit.width, 10.0 * kDegree, 1e-15);
+  ASSERT_EQ(model.tree.num_controls(), 2);
+  const Actuator& position = model.tree.actuators()[0];
+  EXPECT_EQ(position.kind, ActuatorKind::kPosition);
+  EXPECT_EQ(position.body, model.body_index.at("arm"));
+  EXPECT_EQ(position.stiffness, 3e-3);
+  // Commands of hand and arm; the arm's stand for targets from −20 to 30 degrees.
+  const Eigen::MatrixXd u = (Eigen::MatrixXd(2, 1) << 0.5, -1.0).finished();
+  const ControlSequence sequence = MakeControlSequence(scene, model, u);
+  EXPECT_NEAR(sequence.values(0, 0), -20.0 * kDegree, 1e-15);
+  EXPECT_EQ(sequence.values(1, 0), 0.5);
+  EXPECT_EQ(sequence.steps_per_interval, 50);
+  // Undriven, a position actuator holds the middle of its range.
+  Scene undriven = scene;
+  undriven.controls.reset();
+  EXPECT_NEAR(MakeControlSequence(undriven, model, {}).values(0, 0), 5.0 * kDegree, 1e-15);
+}
+
+class ArmGradient : public testing::TestWithParam<bool> {};
+
+TEST_P(ArmGradient, IsThatOfDifferences) {
+  const bool touching = GetParam();
+  RolloutModel model(MakeFiles(touching));
+  VectorXd a(8);
+  a << 0.5, -0.3, 0.7, 0.2, -0.6, 0.4, 0.9, -0.8;
+  const auto run = [&](const VectorXd& x, bool gradient) {
+    RolloutInput input;
+    input.theta = x.head(4);
+    input.controls = x.tail(8);
+    input.want_gradient = gradient;
+    return model.Run(input, {});
+  };
+  VectorXd x(12), g(12);
+  x << kTheta, a;
+  const RolloutOutput out = run(x, true);
+  ASSERT_TRUE(out.certificate.converged);
+  EXPECT_EQ(out.certificate.contact_onsets > 2, touching);
+  g << out.gradient, out.control_gradient;
+  // In parts of each parameter's range.
+  VectorXd range = VectorXd::Constant(12, 4.0);
+  range(0) = 0.025;
+  range.segment<3>(1).setConstant(1.5);
+  g.array() *= range.array();
+  double worst = 0.0;
+  for (Eigen::Index i = 0; i < 12; ++i) {
+    EXPECT_NE(g(i), 0.0) << i;
+    // Curvature asks for small steps, rounding for large ones; no one step suits all, but one has to.
+    double best = 1e300;
+    for (const double h : {3e-3, 1e-3, 3e-4, 1e-4, 3e-5}) {
+      const auto evaluate = [&](const VectorXd& at) { return run(at, false).loss; };
+      best = std::min(best, std::abs(test::CalcDifference(evaluate, x, i, h * range(i)) * range(i) - g(i)));
+    }
+    worst = std::max(worst, best);
+  }
+  EXPECT_LE(worst, (touching ? 1e-5 : 1e-7) * g.lpNorm<Eigen::Infinity>());
+}
+
+INSTANTIATE_TEST_SUITE_P(InAirAndInContact, ArmGradient, testing::Bool(),
+                         [](const auto& touching) { return touching.param ? "InContact" : "InAir"; });
+
+}  // namespace
+}  // namespace knap
