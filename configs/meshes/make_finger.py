@@ -2,9 +2,10 @@
 """Writes the links of the finger of configs/reaching.yaml and their cages beside this script.
 
 Millimetres; x along the finger, z up. A link's origin is on its axis of rotation where it has one, else at its start.
-A cage is a box between two rectangles: vertices 0 to 3 at the start, 4 to 7 at the end, each in the order
-(-y, -z), (+y, -z), (+y, +z), (-y, +z). The link inside is a rounded bar that touches the middle of the cage's faces:
-rings of a superellipse |y/b|^4 + |z/h|^4 = 1.
+A cage is a box cut into rectangles along x, four vertices each, in the order (-y, -z), (+y, -z), (+y, +z), (-y, +z):
+vertices 0 to 3 at the start, the last four at the end. The tip has one in the middle too, so that the middle of its
+upper face lies on an edge of the cage and stays there however the ends change. The link inside is a rounded bar that
+touches the middle of the cage's faces: rings of a superellipse |y/b|^4 + |z/h|^4 = 1.
 """
 import math
 import pathlib
@@ -74,12 +75,25 @@ def make_link(start, end, size0, size1, ends):
     return vertices, triangles
 
 
-def make_cage(start, end, size0, size1, _):
-    vertices = []
-    for x, (width, height) in ((start, size0), (end, size1)):
-        vertices += [(x, y * width / 2, z * height / 2) for y, z in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-    quads = [(0, 3, 2, 1), (4, 5, 6, 7)] + [(k, (k + 1) % 4, 4 + (k + 1) % 4, 4 + k) for k in range(4)]
-    return vertices, [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))]
+def make_cage(start, end, size0, size1, ends):
+    stations = [0, 0.5, 1] if ends == "round" else [0, 1]
+    vertices, triangles = [], []
+
+    def quad(a, b, c, d):
+        triangles.extend([(a, b, c), (a, c, d)])
+
+    for s in stations:
+        width, height = (a + (b - a) * s for a, b in zip(size0, size1))
+        vertices += [(start + (end - start) * s, y * width / 2, z * height / 2)
+                     for y, z in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    last = len(vertices) - 4
+    quad(0, 3, 2, 1)
+    quad(last, last + 1, last + 2, last + 3)
+    for first in range(0, last, 4):
+        for k in range(4):
+            n = (k + 1) % 4
+            quad(first + k, first + n, first + 4 + n, first + 4 + k)
+    return vertices, triangles
 
 
 def write_obj(name, title, vertices, triangles):

@@ -68,10 +68,10 @@ design:
       mesh: meshes/finger_tip.obj
       cage: meshes/finger_tip_cage.obj
       mesh_unit: 1 mm
-      vertex_groups: [{name: hand_end, vertices: [4, 5, 6, 7]}]
+      vertex_groups: [{name: hand_end, vertices: [8, 9, 10, 11]}, {name: hand_front, vertices: [4, 5, 6, 7, 8, 9, 10, 11]}]
       moves:
         - {parameter: hand_height, group: hand_end, direction: [0, 0, 1]}
-        - {parameter: hand_length, group: hand_end, direction: [1, 0, 0]}
+        - {parameter: hand_length, group: hand_front, direction: [1, 0, 0]}
 controls: {actuators: [hand, arm], interval: 50 ms, initial: 0, lower: -2, upper: 2}
 rollout: {horizon: 0.2 s, step: 1 ms, newton_tolerance: 1e-13}
 loss:
