@@ -98,7 +98,7 @@ TEST_F(WatchTest, StatusShowsARunWhileItLearnsAndItsEnd) {
   EXPECT_THAT(stranger.err, HasSubstr("another key"));
 
   // On a terminal the table is drawn again and again, until Ctrl-C.
-  ChildProcess live("/usr/bin/script", {"-qefc", "exec " KNAP_PROGRAM " status run", "/dev/null"}, folder_ / "",
+  ChildProcess live("/usr/bin/script", {"-qefc", "exec '" KNAP_PROGRAM "' status run", "/dev/null"}, folder_ / "",
                     "live");
   const auto count_escapes = [&] {
     const std::string drawn = live.ReadOut();
