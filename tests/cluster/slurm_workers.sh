@@ -17,7 +17,7 @@ if [[ $(cat /proc/self/setgroups 2>/dev/null) == deny ]]; then
   exit 77
 fi
 if ! getent ahosts "$(hostname -s)" >/dev/null; then
-  echo "SKIPPED: this machine's name, $(hostname -s), has no address, without which Slurm does not start: name it in /etc/hosts"
+  echo "SKIPPED: this machine's name, $(hostname -s), has no address (see /etc/hosts), without which Slurm does not start"
   exit 77
 fi
 if ! mountpoint -q /sys/fs/cgroup; then
