@@ -97,10 +97,14 @@ RunDirectory MakeRun(const LearnArguments& arguments, const Prepared& prepared) 
   return run;
 }
 
-Journal::Opened OpenJournal(const RunDirectory& run, const std::string& config_hash) {
+Journal::Opened OpenJournal(const RunDirectory& run, const RunIdentity& identity) try {
   // A run killed before its journal existed has asked nothing yet.
-  if (!fs::exists(run.journal_path())) return {Journal::Create(run.journal_path(), config_hash), {}, 0};
-  return Journal::Open(run.journal_path(), config_hash);
+  if (!fs::exists(run.journal_path())) return {Journal::Create(run.journal_path(), identity), {}, 0};
+  return Journal::Open(run.journal_path(), identity);
+} catch (const std::system_error&) {
+  throw;
+} catch (const std::runtime_error& e) {
+  throw UsageError(e.what());  // not the journal of this run
 }
 
 Eigen::VectorXd MakeVector(const std::vector<double>& values) {
@@ -176,7 +180,7 @@ int RunLearn(const LearnArguments& arguments) {
     return kExitDone;
   }
   const RunDirectory run = MakeRun(arguments, prepared);
-  Journal::Opened journal = OpenJournal(run, prepared.config_hash);
+  Journal::Opened journal = OpenJournal(run, {{"configuration", prepared.config_hash}});
   ClusterOptions cluster = arguments.cluster;
   cluster.directory = run.path();
   ClusterSession session(cluster, prepared.scenario.files);

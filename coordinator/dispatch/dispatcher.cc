@@ -17,10 +17,12 @@ constexpr std::int64_t kPumpIntervalUs = 50'000;  // of the on_pump hook
 constexpr std::int64_t kPauseUs = 400'000;        // not listening for longer than this is a pause, not a worker's fault
 constexpr std::int64_t kLostUs = 100'000;         // a request sent earlier than this and not in the status is lost
 constexpr std::int64_t kForgetUs = 60'000'000;    // a worker silent for so long is like a new one if it comes again
+constexpr std::int64_t kCommitUs = 50'000;        // longest wait for more answers to commit; workers repeat after 200 ms
+constexpr std::size_t kMostOwed = 64;             // a crash costs no more answers than this
 constexpr std::int64_t kStopRetryUs = 100'000;
 constexpr int kMessagesPerTurn = 4096;
 constexpr std::int32_t kMaxFatalAttempts = 3;
-constexpr std::int32_t kMaxStalls = 3;
+constexpr std::size_t kMaxStalls = 3;
 
 std::int64_t ToMicroseconds(double seconds) { return static_cast<std::int64_t>(std::llround(seconds * 1e6)); }
 
@@ -125,10 +127,12 @@ void Dispatcher::StopWorkers(double timeout_s) {
     }
     std::optional<Message> message = transport_->Receive(kTurnUs);
     for (; message; message = transport_->Receive(0)) Handle(*message);
+    CommitIfDue(clock_->now_us());
     FlushControls();
     CheckLeases(clock_->now_us());
   }
   stopping_ = false;
+  if (failure_) throw std::runtime_error(*std::exchange(failure_, std::nullopt));
 }
 
 void Dispatcher::Preload(const ContentId& id, RolloutOutcome outcome) { answers_.Insert(id, {std::move(outcome), ""}); }
@@ -147,6 +151,7 @@ void Dispatcher::Turn(std::int64_t wait_us) {
   }
   const std::int64_t now_us = clock_->now_us();
   if (handled < kMessagesPerTurn) CheckLeases(now_us);  // only when no sign of life lies unread
+  CommitIfDue(now_us);
   AssignWaiting();
   FlushControls();
   CheckForWorkers(now_us);
@@ -226,15 +231,19 @@ void Dispatcher::HandleResult(const rollout_result_t& result, std::int64_t arriv
     return;
   }
   KnownWorker* worker = roster_.Find(result.sender);
+  const ContentId id = MakeId(result.id);
   if (worker != nullptr) {
     worker->heard_us = arrival_us;
     worker->silent = false;
-    worker->stalled = false;
-    worker->progress_us = arrival_us;
     worker->last_sequence = std::max(worker->last_sequence, result.sequence);  // statuses from before are outdated
+    const auto& assigned = worker->assigned;
+    // A worker repeats old answers while it is stuck: only a new one is progress.
+    if (worker->running == id || std::find(assigned.begin(), assigned.end(), id) != assigned.end()) {
+      worker->stalled = false;
+      worker->progress_us = arrival_us;
+    }
+    if (worker->running == id) worker->running = ContentId{};
   }
-  const ContentId id = MakeId(result.id);
-  if (worker != nullptr && worker->running == id) worker->running = ContentId{};
   const auto open = open_.find(id);
   if (open == open_.end()) {
     if (const AnswerCache::Answer* known = answers_.Find(id)) {
@@ -242,14 +251,7 @@ void Dispatcher::HandleResult(const rollout_result_t& result, std::int64_t arriv
     } else {
       ++counters_.late;
     }
-    if (worker != nullptr) {
-      worker->unsent_acknowledgements.push_back(id);
-    } else if (IsName(result.worker)) {
-      KnownWorker stranger;
-      stranger.name = result.worker;
-      stranger.instance = result.sender;
-      SendControl(control_t::kAcknowledge, stranger, {&id, 1});
-    }
+    Owe(id, result);
     return;
   }
   const RolloutQuery& query = open->second.query;
@@ -312,7 +314,31 @@ void Dispatcher::Accept(const ContentId& id, const rollout_result_t& result, con
   }
   for (RolloutOutcome* slot : request.slots) *slot = answer.outcome;
   answers_.Insert(id, std::move(answer));
-  if (KnownWorker* worker = roster_.Find(result.sender)) worker->unsent_acknowledgements.push_back(id);
+  Owe(id, result);
+}
+
+void Dispatcher::Owe(const ContentId& id, const rollout_result_t& result) {
+  if (owed_.empty()) owed_since_us_ = clock_->now_us();
+  owed_.push_back({id, result.sender, result.worker});
+}
+
+void Dispatcher::CommitIfDue(std::int64_t now_us) {
+  if (owed_.empty()) return;
+  if (open_.empty() || owed_.size() >= kMostOwed || now_us - owed_since_us_ >= kCommitUs) Commit();
+}
+
+void Dispatcher::Commit() {
+  if (on_commit_) on_commit_();
+  for (const OwedAcknowledgement& owed : std::exchange(owed_, {})) {
+    if (KnownWorker* worker = roster_.Find(owed.instance)) {
+      worker->unsent_acknowledgements.push_back(owed.id);
+    } else if (IsName(owed.worker)) {
+      KnownWorker stranger;
+      stranger.name = owed.worker;
+      stranger.instance = owed.instance;
+      SendControl(control_t::kAcknowledge, stranger, {&owed.id, 1});
+    }
+  }
 }
 
 void Dispatcher::CheckLeases(std::int64_t now_us) {
@@ -332,7 +358,8 @@ void Dispatcher::CheckLeases(std::int64_t now_us) {
     ++counters_.workers_stalled;
     const ContentId stuck = worker.running == ContentId{} ? worker.assigned.front() : worker.running;
     const auto request = open_.find(stuck);
-    if (request != open_.end() && ++request->second.stalls >= kMaxStalls) {
+    if (request != open_.end() && request->second.stalled_on.insert(instance).second &&
+        request->second.stalled_on.size() >= kMaxStalls) {
       Fail(fmt::format("request {} made no progress for {} s on {} workers", FormatHex(stuck), options_.stall_s,
                        kMaxStalls));
     }

@@ -15,6 +15,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <unordered_map>
@@ -67,8 +68,11 @@ class Dispatcher : public RolloutService {
   ContentId CalcId(const RolloutQuery& query) const;
   const ContentId& scenario() const { return scenario_server_.scenario(); }
 
-  // Called with every accepted answer before it is acknowledged to the worker and before Evaluate returns.
+  // Called with every accepted answer, as it comes.
   void set_on_result(std::function<void(const RolloutReport&)> hook) { on_result_ = std::move(hook); }
+  // Called before the answers reported since the last call are acknowledged to their workers, and before Evaluate
+  // returns them: when it returns they must survive a crash. Many answers share one call.
+  void set_on_commit(std::function<void()> hook) { on_commit_ = std::move(hook); }
   // Called about 20 times a second while waiting.
   void set_on_pump(std::function<void()> hook) { on_pump_ = std::move(hook); }
   // Called with a worker whose computation is stuck; whoever started it may kill it.
@@ -92,6 +96,12 @@ class Dispatcher : public RolloutService {
     std::int64_t worker = 0;
     ValueAssembly gradient;
   };
+  // An acknowledgement that waits until the answer is durable.
+  struct OwedAcknowledgement {
+    ContentId id{};
+    std::int64_t instance = 0;
+    std::string worker;
+  };
   struct OpenRequest {
     RolloutQuery query;
     std::vector<RolloutOutcome*> slots;            // where the answer is wanted
@@ -101,7 +111,7 @@ class Dispatcher : public RolloutService {
     std::int64_t opened_us = 0;
     std::int32_t attempts = 0;
     std::int32_t fatal_attempts = 0;
-    std::int32_t stalls = 0;
+    std::set<std::int64_t> stalled_on;  // workers that got stuck on it
     bool waiting = true;   // in waiting_
     bool suspect = false;  // was held by a worker that crashed: runs alone from now on
   };
@@ -113,6 +123,9 @@ class Dispatcher : public RolloutService {
   void HandleResult(const rollout_result_t& result, std::int64_t arrival_us);
   void CompareWithKnown(const rollout_result_t& result, const AnswerCache::Answer& known);
   void Accept(const ContentId& id, const rollout_result_t& result, const std::vector<double>& gradient);
+  void Owe(const ContentId& id, const rollout_result_t& result);
+  void CommitIfDue(std::int64_t now_us);
+  void Commit();
 
   void CheckLeases(std::int64_t now_us);
   void CheckForWorkers(std::int64_t now_us);
@@ -145,6 +158,8 @@ class Dispatcher : public RolloutService {
   AnswerCache answers_;
 
   std::unordered_map<ContentId, OpenRequest, ContentIdHash> open_;
+  std::vector<OwedAcknowledgement> owed_;
+  std::int64_t owed_since_us_ = 0;
   std::deque<ContentId> waiting_;  // requests that nobody holds, next one first; answered ones are skipped
 
   std::int64_t turn_ended_us_ = 0;       // when we last listened
@@ -157,6 +172,7 @@ class Dispatcher : public RolloutService {
   bool stopping_ = false;
 
   std::function<void(const RolloutReport&)> on_result_;
+  std::function<void()> on_commit_;
   std::function<void()> on_pump_;
   std::function<void(const KnownWorker&)> on_stalled_;
   const std::atomic<bool>* stop_flag_ = nullptr;

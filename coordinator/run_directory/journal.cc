@@ -8,11 +8,12 @@
 #include <utility>
 
 #include "coordinator/run_directory/crc32c.h"
+#include "coordinator/run_directory/durable_file.h"
 
 namespace knap {
 namespace {
 
-constexpr std::string_view kMagic = "knap journal 1\n";
+constexpr std::string_view kMagic = "knap journal 2\n";
 constexpr std::size_t kPrefix = 16;  // length, checksum, sequence
 constexpr std::size_t kMaxPayload = std::size_t{1} << 30;
 
@@ -64,31 +65,55 @@ bool HoldsLaterRecord(std::string_view bytes, std::uint64_t sequence) {
   throw std::runtime_error(path.string() + ": " + what);
 }
 
-void Lock(DurableFile& file) {
-  if (!file.TryLock()) Refuse(file.path(), "another process is using this run");
+std::unique_ptr<AppendFile> OpenLocked(const std::filesystem::path& path) {
+  auto file = std::make_unique<DurableFile>(path, O_RDWR | O_APPEND);
+  if (!file->TryLock()) Refuse(path, "another process is using this run");
+  return file;
+}
+
+std::string EncodeIdentity(const RunIdentity& identity) {
+  std::string text;
+  for (const auto& [name, value] : identity) text.append(name).append(": ").append(value).append("\n");
+  return text;
+}
+
+// The first thing in which a header's identity differs, for people.
+std::string DescribeDifference(const std::string& found, const RunIdentity& identity) {
+  for (const auto& [name, value] : identity) {
+    if (("\n" + found).find("\n" + name + ": " + value + "\n") == std::string::npos) return name;
+  }
+  return "identity";
 }
 
 }  // namespace
 
-Journal::Journal(DurableFile file, std::uint64_t next_sequence)
+Journal::Journal(std::unique_ptr<AppendFile> file, std::uint64_t next_sequence)
     : file_(std::move(file)), next_sequence_(next_sequence) {}
 
-Journal Journal::Create(const std::filesystem::path& path, std::string_view config_hash) {
-  if (std::filesystem::exists(path)) Refuse(path, "exists already");
-  WriteFileAtomically(path, EncodeRecord(0, std::string(kMagic) + std::string(config_hash)));
-  DurableFile file(path, O_RDWR | O_APPEND);
-  Lock(file);
-  return Journal(std::move(file), 1);
+std::string Journal::EncodeHeader(const RunIdentity& identity) {
+  return EncodeRecord(0, std::string(kMagic) + EncodeIdentity(identity));
 }
 
-Journal::Opened Journal::Open(const std::filesystem::path& path, std::string_view config_hash) {
-  DurableFile file(path, O_RDWR | O_APPEND);
-  Lock(file);
-  const std::string bytes = file.ReadAll();
+Journal Journal::Create(const std::filesystem::path& path, const RunIdentity& identity) {
+  if (std::filesystem::exists(path)) Refuse(path, "exists already");
+  WriteFileAtomically(path, EncodeHeader(identity));
+  return Journal(OpenLocked(path), 1);
+}
+
+Journal::Opened Journal::Open(const std::filesystem::path& path, const RunIdentity& identity) {
+  return Open(OpenLocked(path), identity);
+}
+
+Journal::Opened Journal::Open(std::unique_ptr<AppendFile> file, const RunIdentity& identity) {
+  const std::string bytes = file->ReadAll();
   const std::optional<std::string_view> header = DecodeRecord(bytes, 0);
-  if (!header || header->substr(0, kMagic.size()) != kMagic)
-    Refuse(path, "not a knap journal, or its header is damaged");
-  if (header->substr(kMagic.size()) != config_hash) Refuse(path, "belongs to a run with another configuration");
+  if (!header || header->substr(0, kMagic.size()) != kMagic) {
+    Refuse(file->path(), "not a knap journal, or its header is damaged");
+  }
+  const std::string found(header->substr(kMagic.size()));
+  if (found != EncodeIdentity(identity)) {
+    Refuse(file->path(), "belongs to a run with another " + DescribeDifference(found, identity));
+  }
 
   std::vector<std::string> payloads;
   std::size_t offset = kPrefix + header->size();
@@ -104,12 +129,12 @@ Journal::Opened Journal::Open(const std::filesystem::path& path, std::string_vie
   const std::uint64_t torn_bytes = all.size() - offset;
   if (torn_bytes > 0) {
     if (HoldsLaterRecord(all.substr(offset + 1), sequence)) {
-      Refuse(path, "corrupted: record " + std::to_string(sequence) + " at byte " + std::to_string(offset) +
+      Refuse(file->path(), "corrupted: record " + std::to_string(sequence) + " at byte " + std::to_string(offset) +
                        " is damaged, and valid records follow it");
     }
-    file.Truncate(offset);
-    file.Sync();
+    file->Truncate(offset);
   }
+  file->Sync();  // what a crash of the process alone left unsynced is acted upon from now on
   return {Journal(std::move(file), sequence), std::move(payloads), torn_bytes};
 }
 
@@ -134,10 +159,10 @@ std::vector<std::string> Journal::ReadPayloads(const std::filesystem::path& path
 
 void Journal::Append(std::string_view payload) {
   if (payload.size() > kMaxPayload) throw std::invalid_argument("Journal::Append: the payload exceeds 1 GiB");
-  if (failed_) Refuse(file_.path(), "an earlier write failed, nothing more can be journaled");
+  if (failed_) Refuse(file_->path(), "an earlier write failed, nothing more can be journaled");
   failed_ = true;  // until proven otherwise
-  file_.Write(EncodeRecord(next_sequence_, payload));
-  file_.Sync();
+  file_->Write(EncodeRecord(next_sequence_, payload));
+  file_->Sync();
   failed_ = false;
   ++next_sequence_;
 }

@@ -40,8 +40,13 @@ SimulatedWorker::SimulatedWorker(SimulatedNetwork* network, Engine* engine, cons
   Step();
 }
 
+void SimulatedWorker::Thaw() {
+  frozen_ = false;
+  Step();
+}
+
 void SimulatedWorker::Step() {
-  if (reactor_->stopped()) return;
+  if (frozen_ || reactor_->stopped()) return;
   for (std::optional<Message> message = transport_->Receive(0); message; message = transport_->Receive(0)) {
     reactor_->Handle(*message);
   }
