@@ -352,7 +352,7 @@ void Dispatcher::CheckLeases(std::int64_t now_us) {
       ++counters_.workers_lost;
       Release(&worker);
     }
-    if (worker.CountOccupying() == 0 || worker.stalled) continue;
+    if (worker.CountOccupying() == 0 || worker.silent || worker.stalled) continue;  // the dead are not stuck
     if (now_us - std::max(worker.progress_us, listening_since_us_) <= stall_us) continue;
     worker.stalled = true;
     ++counters_.workers_stalled;

@@ -80,7 +80,7 @@ std::string EncodeIdentity(const RunIdentity& identity) {
 // The first thing in which a header's identity differs, for people.
 std::string DescribeDifference(const std::string& found, const RunIdentity& identity) {
   for (const auto& [name, value] : identity) {
-    if (("\n" + found).find("\n" + name + ": " + value + "\n") == std::string::npos) return name;
+    if (found.find(std::string(name).append(": ").append(value).append("\n")) == std::string::npos) return name;
   }
   return "identity";
 }
