@@ -1,5 +1,6 @@
 // A run's answers across crashes: what the cluster answered is on the disk before the optimizer sees it and before a
-// worker may forget it, and a resumed run gets it from there. Learning is a pure function of the answers, so a resumed run goes on to the same bits.
+// worker may forget it, and a resumed run gets it from there. Learning is a pure function of the answers, so a resumed
+// run goes on to the same bits.
 #pragma once
 
 #include <cstdint>

@@ -85,6 +85,32 @@ std::string DescribeDifference(const std::string& found, const RunIdentity& iden
   return "identity";
 }
 
+std::string_view DecodeHeader(const std::filesystem::path& path, std::string_view bytes) {
+  const std::optional<std::string_view> header = DecodeRecord(bytes, 0);
+  if (!header || header->substr(0, kMagic.size()) != kMagic) {
+    Refuse(path, "not a knap journal, or its header is damaged");
+  }
+  return *header;
+}
+
+struct Records {
+  std::vector<std::string> payloads;
+  std::size_t end = 0;  // of the last whole one
+  std::uint64_t next_sequence = 1;
+};
+
+// The whole records behind the header of a journal, up to the first that is not.
+Records ReadRecords(std::string_view bytes) {
+  Records records;
+  records.end = kPrefix + DecodeRecord(bytes, 0)->size();
+  while (const auto payload = DecodeRecord(bytes.substr(records.end), records.next_sequence)) {
+    records.payloads.emplace_back(*payload);
+    records.end += kPrefix + payload->size();
+    ++records.next_sequence;
+  }
+  return records;
+}
+
 }  // namespace
 
 Journal::Journal(std::unique_ptr<AppendFile> file, std::uint64_t next_sequence)
@@ -106,36 +132,29 @@ Journal::Opened Journal::Open(const std::filesystem::path& path, const RunIdenti
 
 Journal::Opened Journal::Open(std::unique_ptr<AppendFile> file, const RunIdentity& identity) {
   const std::string bytes = file->ReadAll();
-  const std::optional<std::string_view> header = DecodeRecord(bytes, 0);
-  if (!header || header->substr(0, kMagic.size()) != kMagic) {
-    Refuse(file->path(), "not a knap journal, or its header is damaged");
-  }
-  const std::string found(header->substr(kMagic.size()));
+  const std::string found(DecodeHeader(file->path(), bytes).substr(kMagic.size()));
   if (found != EncodeIdentity(identity)) {
     Refuse(file->path(), "belongs to a run with another " + DescribeDifference(found, identity));
   }
 
-  std::vector<std::string> payloads;
-  std::size_t offset = kPrefix + header->size();
-  std::uint64_t sequence = 1;
   const std::string_view all = bytes;
-  while (offset < all.size()) {
-    const std::optional<std::string_view> payload = DecodeRecord(all.substr(offset), sequence);
-    if (!payload) break;
-    payloads.emplace_back(*payload);
-    offset += kPrefix + payload->size();
-    ++sequence;
-  }
-  const std::uint64_t torn_bytes = all.size() - offset;
+  Records records = ReadRecords(all);
+  const std::uint64_t torn_bytes = all.size() - records.end;
   if (torn_bytes > 0) {
-    if (HoldsLaterRecord(all.substr(offset + 1), sequence)) {
-      Refuse(file->path(), "corrupted: record " + std::to_string(sequence) + " at byte " + std::to_string(offset) +
-                       " is damaged, and valid records follow it");
+    if (HoldsLaterRecord(all.substr(records.end + 1), records.next_sequence)) {
+      Refuse(file->path(), "corrupted: record " + std::to_string(records.next_sequence) + " at byte " +
+                               std::to_string(records.end) + " is damaged, and valid records follow it");
     }
-    file->Truncate(offset);
+    file->Truncate(records.end);
   }
   file->Sync();  // what a crash of the process alone left unsynced is acted upon from now on
-  return {Journal(std::move(file), sequence), std::move(payloads), torn_bytes};
+  return {Journal(std::move(file), records.next_sequence), std::move(records.payloads), torn_bytes};
+}
+
+std::vector<std::string> Journal::Read(const std::filesystem::path& path) {
+  const std::string bytes = ReadFile(path);
+  DecodeHeader(path, bytes);
+  return ReadRecords(bytes).payloads;
 }
 
 std::vector<std::string> Journal::ReadPayloads(const std::filesystem::path& path) {

@@ -44,6 +44,10 @@ class Journal {
   // The same for a file that is open already and that nobody else uses.
   static Opened Open(std::unique_ptr<AppendFile> file, const RunIdentity& identity);
 
+  // All whole records behind the header, in order, whatever run it belongs to and whoever uses it; nothing is changed.
+  // Throws as Open does when it is not a journal.
+  static std::vector<std::string> Read(const std::filesystem::path& path);
+
   // What a new journal holds.
   static std::string EncodeHeader(const RunIdentity& identity);
 

@@ -95,6 +95,7 @@ TEST(JournalTest, TornAtEveryByteKeepsTheWholeRecordsAndGoesOn) {
       Journal::Opened opened = Journal::Open(path, kIdentity);
       ASSERT_EQ(opened.payloads, expected);
       ASSERT_EQ(opened.torn_bytes, size - ends[whole]);
+      ASSERT_EQ(Journal::Read(path), expected);  // also while it is in use
       opened.journal.Append("after the crash");
     }
     expected.push_back("after the crash");

@@ -1,5 +1,7 @@
 #include "tests/simulation/cluster_simulation.h"
 
+#include <cmath>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -35,6 +37,36 @@ struct Place {
   std::int64_t instance = 0;
   std::optional<DeathCause> unreported;  // of a local one, until the coordinator looks
   bool hangs_next = false, slow_next = false;
+  bool foreign = false;  // its machine computes other bits, and its fingerprint says so
+};
+
+// The closed forms on a machine that rounds otherwise.
+class ForeignEngine : public Engine {
+ public:
+  EngineIdentity identity() const override {
+    EngineIdentity identity = right_.identity();
+    identity.fingerprint[0] ^= 1;
+    return identity;
+  }
+  std::unique_ptr<EngineScenario> Load(const ScenarioFiles& files) override {
+    class Foreign : public EngineScenario {
+     public:
+      explicit Foreign(std::unique_ptr<EngineScenario> right) : right_(std::move(right)) {}
+      EngineAnswer Run(const EngineRequest& request,
+                       const std::function<void(std::int64_t, std::int64_t)>& progress) override {
+        EngineAnswer answer = right_->Run(request, progress);
+        answer.loss = std::nextafter(answer.loss, 1e9);
+        return answer;
+      }
+
+     private:
+      std::unique_ptr<EngineScenario> right_;
+    };
+    return std::make_unique<Foreign>(right_.Load(files));
+  }
+
+ private:
+  ClosedFormEngine right_;
 };
 
 class Simulation {
@@ -95,7 +127,7 @@ class Simulation {
 
     DispatchOptions dispatch;
     dispatch.run_id = 100 + report_.lives;
-    dispatch.engine = "closed-form";
+    dispatch.engine = engine_.identity();
     dispatch.stall_s = defect_ == PlantedDefect::kNoStepProgress ? 1e6 : 4.0;
     dispatcher_ = std::make_unique<Dispatcher>(dispatch, RunKey(), problem_.scenario, port_.get(), &network_);
     JournaledService service(dispatcher_.get(), &opened.journal, opened.payloads);
@@ -123,6 +155,9 @@ class Simulation {
       const DispatchCounters& counters = dispatcher_->counters();
       report_.counters.computed += counters.computed;
       report_.counters.reissued += counters.reissued;
+      report_.counters.moved += counters.moved;
+      report_.counters.copied += counters.copied;
+      report_.counters.workers_refused += counters.workers_refused;
       report_.counters.resent += counters.resent;
       report_.counters.duplicates += counters.duplicates;
       report_.counters.workers_lost += counters.workers_lost;
@@ -162,6 +197,7 @@ class Simulation {
     Place place;
     place.name = "w" + std::to_string(places_.size());
     place.local = Draw() < 0.5;
+    place.foreign = !places_.empty() && !place.local && Draw() < 0.1;  // the first one is sound
     places_.push_back(std::move(place));
     if (!places_.back().local) StartLater(places_.size() - 1, 2.0 * Draw() * Draw());
   }
@@ -175,7 +211,8 @@ class Simulation {
   void Start(Place* place) {
     const auto index = static_cast<std::size_t>(place - places_.data());
     place->instance = ++instances_;
-    place->process = std::make_unique<SimulatedWorker>(&network_, &engine_, place->name, place->instance,
+    Engine* engine = place->foreign ? static_cast<Engine*>(&foreign_engine_) : &engine_;
+    place->process = std::make_unique<SimulatedWorker>(&network_, engine, place->name, place->instance,
                                                        [this, index] { return DrawDuration(index); });
   }
 
@@ -268,6 +305,7 @@ class Simulation {
   const SimulatedProblem problem_;
   const PlantedDefect defect_;
   ClosedFormEngine engine_;
+  ForeignEngine foreign_engine_;
   SimulatedNetwork network_;
   FaultRates rates_;
   SimulatedDisk disk_;

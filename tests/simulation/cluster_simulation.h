@@ -2,9 +2,10 @@
 // reactors over a simulated clock, network and disk, with a closed-form engine.
 //
 // The network drops, duplicates, delays, reorders and damages messages. Workers crash (from outside or inside), freeze,
-// hang in a computation, are slow, come late; the network falls silent for a while; the coordinator freezes, and it
-// dies: at an arbitrary message sent or disk operation done, with what it had not synced lost in part. Another life
-// resumes from its disk. After kFaultsEnd_s no new fault happens. Then the run must end, and with the reference's bits.
+// hang in a computation, are slow, come late, or compute other bits and say so; the network falls silent for a while;
+// the coordinator freezes, and it dies: at an arbitrary message sent or disk operation done, with what it had not
+// synced lost in part. Another life resumes from its disk. After kFaultsEnd_s no new fault happens. Then the run must
+// end, and with the reference's bits.
 //
 // Checked all along: an answer that was acknowledged to a worker is in a synced record of the journal.
 #pragma once

@@ -3,6 +3,7 @@
 // KNAP_FIRST_SEED and KNAP_SEEDS choose other schedules, for a longer search or to repeat one that failed.
 #include "tests/simulation/cluster_simulation.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -36,6 +37,9 @@ TEST_P(ClusterSimulationTest, EveryScheduleEndsWithTheReferencesBits) {
     sum.messages += report.messages;
     sum.simulated_s += report.simulated_s;
     sum.counters.computed += report.counters.computed;
+    sum.counters.moved += report.counters.moved;
+    sum.counters.copied += report.counters.copied;
+    sum.counters.workers_refused += report.counters.workers_refused;
     sum.counters.reissued += report.counters.reissued;
     sum.counters.resent += report.counters.resent;
     sum.counters.duplicates += report.counters.duplicates;
@@ -43,16 +47,15 @@ TEST_P(ClusterSimulationTest, EveryScheduleEndsWithTheReferencesBits) {
     sum.counters.workers_stalled += report.counters.workers_stalled;
     sum.counters.refused.corrupt += report.counters.refused.corrupt;
   }
-  std::printf(
-      "%llu schedules: %.0f s simulated, %lld messages to the coordinator, %d lives, %d crashes, %d hangs, %d freezes, "
-      "%d silences, %lld torn bytes; answers %lld, duplicates %lld, reissued %lld, resent %lld, lost %lld, stalled "
-      "%lld, corrupt %lld\n",
-      static_cast<unsigned long long>(count), sum.simulated_s, static_cast<long long>(sum.messages), sum.lives,
-      sum.worker_crashes, sum.hangs, sum.freezes, sum.silences, static_cast<long long>(sum.torn_bytes),
-      static_cast<long long>(sum.counters.computed), static_cast<long long>(sum.counters.duplicates),
-      static_cast<long long>(sum.counters.reissued), static_cast<long long>(sum.counters.resent),
-      static_cast<long long>(sum.counters.workers_lost), static_cast<long long>(sum.counters.workers_stalled),
-      static_cast<long long>(sum.counters.refused.corrupt));
+  const DispatchCounters& c = sum.counters;
+  fmt::print(
+      "{} schedules, {:.0f} s simulated, {} messages to the coordinator, {} lives of it, {} torn bytes; workers: {} "
+      "crashes, {} hangs, {} freezes, {} silences; {} lost, {} stuck, {} refused; answers: {}, {} duplicates; "
+      "requests: "
+      "{} reissued, {} moved, {} copied, {} resent; {} messages corrupt\n",
+      count, sum.simulated_s, sum.messages, sum.lives, sum.torn_bytes, sum.worker_crashes, sum.hangs, sum.freezes,
+      sum.silences, c.workers_lost, c.workers_stalled, c.workers_refused, c.computed, c.duplicates, c.reissued, c.moved,
+      c.copied, c.resent, c.refused.corrupt);
   if (count < kSeedsPerRange) return;
   // The schedules are worth something only if all this happened, and often.
   EXPECT_GT(sum.lives, 1.2 * kSeedsPerRange);
@@ -61,6 +64,9 @@ TEST_P(ClusterSimulationTest, EveryScheduleEndsWithTheReferencesBits) {
   EXPECT_GT(sum.freezes, kSeedsPerRange / 2);
   EXPECT_GT(sum.silences, kSeedsPerRange / 2);
   EXPECT_GT(sum.torn_bytes, 1000);
+  EXPECT_GT(sum.counters.moved, kSeedsPerRange / 2);
+  EXPECT_GT(sum.counters.copied, kSeedsPerRange / 5);
+  EXPECT_GT(sum.counters.workers_refused, kSeedsPerRange / 20);
   EXPECT_GT(sum.counters.reissued, kSeedsPerRange / 2);
   EXPECT_GT(sum.counters.resent, kSeedsPerRange);
   EXPECT_GT(sum.counters.duplicates, kSeedsPerRange);
@@ -86,7 +92,7 @@ TEST_P(PlantedDefectTest, IsFound) {
   for (int seed = 1; seed <= GetParam().seeds; ++seed) {
     const SimulationReport report = RunSimulation(static_cast<std::uint64_t>(seed), GetParam().defect);
     if (report.failure.find(GetParam().symptom) != std::string::npos) {
-      std::printf("found by seed %d: %s\n", seed, report.failure.c_str());
+      fmt::print("found by seed {}: {}\n", seed, report.failure);
       return;
     }
     if (!report.failure.empty()) failures += std::to_string(seed) + ": " + report.failure + "\n";
@@ -96,11 +102,11 @@ TEST_P(PlantedDefectTest, IsFound) {
 
 INSTANTIATE_TEST_SUITE_P(
     Defects, PlantedDefectTest,
-    ::testing::Values(
-        Plant{"AcknowledgesBeforeJournal", PlantedDefect::kAcknowledgesBeforeJournal, 20, "before the disk had it"},
-        Plant{"SyncDoesNothing", PlantedDefect::kSyncDoesNothing, 20, "before the disk had it"},
-        Plant{"IgnoresDigests", PlantedDefect::kIgnoresDigests, 100, "other bits than the reference's"},
-        Plant{"NoStepProgress", PlantedDefect::kNoStepProgress, 2000, "has not ended"}),
+    ::testing::Values(Plant{"AcknowledgesBeforeJournal", PlantedDefect::kAcknowledgesBeforeJournal, 20,
+                            "before the disk had it"},
+                      Plant{"SyncDoesNothing", PlantedDefect::kSyncDoesNothing, 20, "before the disk had it"},
+                      Plant{"IgnoresDigests", PlantedDefect::kIgnoresDigests, 100, "other bits than the reference's"},
+                      Plant{"NoStepProgress", PlantedDefect::kNoStepProgress, 2000, "has not ended"}),
     [](const auto& plant) { return std::string(plant.param.name); });
 
 }  // namespace

@@ -22,9 +22,9 @@ struct CoordinatorKilled {};
 class CoordinatorPort : public Transport {
  public:
   struct Options {
-    std::optional<int> effects;     // it dies at this one, counted from 1; empty: never
-    double end_s = 0.0;             // simulated time by which the run must have ended
-    bool repairs_digests = false;   // a planted defect: damaged messages come with a right digest
+    std::optional<int> effects;    // it dies at this one, counted from 1; empty: never
+    double end_s = 0.0;            // simulated time by which the run must have ended
+    bool repairs_digests = false;  // a planted defect: damaged messages come with a right digest
   };
 
   CoordinatorPort(SimulatedNetwork* network, const SimulatedDisk* disk, const std::vector<std::string>& channels,

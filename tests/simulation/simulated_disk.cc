@@ -50,7 +50,8 @@ void SimulatedDisk::Crash(const std::function<double()>& draw) {
     std::string kept = bytes_.substr(durable_.size());
     const std::size_t written = kept.size();
     kept.resize(static_cast<std::size_t>(draw() * static_cast<double>(written + 1)));
-    if (!kept.empty() && draw() < 0.2) kept[static_cast<std::size_t>(draw() * static_cast<double>(kept.size()))] ^= 0x10;
+    if (!kept.empty() && draw() < 0.2)
+      kept[static_cast<std::size_t>(draw() * static_cast<double>(kept.size()))] ^= 0x10;
     if (draw() < 0.2) kept.resize(written, '\0');
     bytes_ = durable_ + kept;
   }

@@ -46,10 +46,10 @@ class SimulatedDisk {
 class SimulatedFile : public AppendFile {
  public:
   struct Hooks {
-    std::function<bool()> is_alive;         // a dead writer's writes reach nothing
+    std::function<bool()> is_alive;  // a dead writer's writes reach nothing
     std::function<void()> on_effect;
     std::function<double()> draw;
-    bool sync_does_nothing = false;         // a planted defect
+    bool sync_does_nothing = false;  // a planted defect
   };
 
   SimulatedFile(SimulatedDisk* disk, Hooks hooks) : disk_(disk), hooks_(std::move(hooks)) {}
