@@ -61,7 +61,7 @@ ClusterSession::TemporaryFolder::~TemporaryFolder() {
 
 EngineIdentity FindEngineIdentity(const std::string& name) {
   if (name == "knap") return MakeKnapIdentity(FindWorkerProgram());
-  return EngineIdentity{.name = name};
+  return {name, "", {}};
 }
 
 ClusterSession::ClusterSession(const ClusterOptions& options, const EngineIdentity& engine,

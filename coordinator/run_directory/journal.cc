@@ -78,9 +78,15 @@ std::string EncodeIdentity(const RunIdentity& identity) {
 }
 
 // The first thing in which a header's identity differs, for people.
-std::string DescribeDifference(const std::string& found, const RunIdentity& identity) {
+std::string DescribeDifference(std::string_view found, const RunIdentity& identity) {
   for (const auto& [name, value] : identity) {
-    if (found.find(std::string(name).append(": ").append(value).append("\n")) == std::string::npos) return name;
+    const std::string_view line = found.substr(0, found.find('\n'));
+    const std::string prefix = name + ": ";
+    if (line.substr(0, prefix.size()) != prefix) return name;
+    if (line.substr(prefix.size()) != value) {
+      return name + " (" + std::string(line.substr(prefix.size())) + ", not " + value + ")";
+    }
+    found.remove_prefix(line.size() + 1);
   }
   return "identity";
 }
@@ -99,14 +105,18 @@ struct Records {
   std::uint64_t next_sequence = 1;
 };
 
-// The whole records behind the header of a journal, up to the first that is not.
-Records ReadRecords(std::string_view bytes) {
+// The whole records behind the header of a journal, up to the torn tail.
+Records ReadRecords(const std::filesystem::path& path, std::string_view bytes) {
   Records records;
   records.end = kPrefix + DecodeRecord(bytes, 0)->size();
   while (const auto payload = DecodeRecord(bytes.substr(records.end), records.next_sequence)) {
     records.payloads.emplace_back(*payload);
     records.end += kPrefix + payload->size();
     ++records.next_sequence;
+  }
+  if (records.end < bytes.size() && HoldsLaterRecord(bytes.substr(records.end + 1), records.next_sequence)) {
+    Refuse(path, "corrupted: record " + std::to_string(records.next_sequence) + " at byte " +
+                     std::to_string(records.end) + " is damaged, and valid records follow it");
   }
   return records;
 }
@@ -137,16 +147,9 @@ Journal::Opened Journal::Open(std::unique_ptr<AppendFile> file, const RunIdentit
     Refuse(file->path(), "belongs to a run with another " + DescribeDifference(found, identity));
   }
 
-  const std::string_view all = bytes;
-  Records records = ReadRecords(all);
-  const std::uint64_t torn_bytes = all.size() - records.end;
-  if (torn_bytes > 0) {
-    if (HoldsLaterRecord(all.substr(records.end + 1), records.next_sequence)) {
-      Refuse(file->path(), "corrupted: record " + std::to_string(records.next_sequence) + " at byte " +
-                               std::to_string(records.end) + " is damaged, and valid records follow it");
-    }
-    file->Truncate(records.end);
-  }
+  Records records = ReadRecords(file->path(), bytes);
+  const std::uint64_t torn_bytes = bytes.size() - records.end;
+  if (torn_bytes > 0) file->Truncate(records.end);
   file->Sync();  // what a crash of the process alone left unsynced is acted upon from now on
   return {Journal(std::move(file), records.next_sequence), std::move(records.payloads), torn_bytes};
 }
@@ -154,26 +157,7 @@ Journal::Opened Journal::Open(std::unique_ptr<AppendFile> file, const RunIdentit
 std::vector<std::string> Journal::Read(const std::filesystem::path& path) {
   const std::string bytes = ReadFile(path);
   DecodeHeader(path, bytes);
-  return ReadRecords(bytes).payloads;
-}
-
-std::vector<std::string> Journal::ReadPayloads(const std::filesystem::path& path) {
-  const std::string bytes = ReadFile(path);
-  std::string_view rest = bytes;
-  std::vector<std::string> payloads;
-  std::uint64_t sequence = 0;
-  for (; !rest.empty(); ++sequence) {
-    const std::optional<std::string_view> payload = DecodeRecord(rest, sequence);
-    if (!payload) break;
-    if (sequence == 0 && payload->substr(0, kMagic.size()) != kMagic) break;
-    if (sequence > 0) payloads.emplace_back(*payload);
-    rest.remove_prefix(kPrefix + payload->size());
-  }
-  if (sequence == 0) Refuse(path, "not a knap journal, or its header is damaged");
-  if (!rest.empty() && HoldsLaterRecord(rest.substr(1), sequence)) {
-    Refuse(path, "corrupted: record " + std::to_string(sequence) + " is damaged, and valid records follow it");
-  }
-  return payloads;
+  return ReadRecords(path, bytes).payloads;
 }
 
 void Journal::Append(std::string_view payload) {

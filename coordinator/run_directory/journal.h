@@ -45,14 +45,11 @@ class Journal {
   static Opened Open(std::unique_ptr<AppendFile> file, const RunIdentity& identity);
 
   // All whole records behind the header, in order, whatever run it belongs to and whoever uses it; nothing is changed.
-  // Throws as Open does when it is not a journal.
+  // Throws as Open does when it is not a journal or corrupted.
   static std::vector<std::string> Read(const std::filesystem::path& path);
 
   // What a new journal holds.
   static std::string EncodeHeader(const RunIdentity& identity);
-
-  // The payloads of all whole records of any journal, whoever uses it; touches nothing. Throws as Open does.
-  static std::vector<std::string> ReadPayloads(const std::filesystem::path& path);
 
   // The payload is durable when this returns. If it throws (std::system_error: disk full, …) the journal takes no more.
   void Append(std::string_view payload);
