@@ -34,8 +34,7 @@ void RunRecording::Add(std::int64_t event, const std::string& channel, const std
   }
 }
 
-void RunRecording::AddAssignment(std::int64_t event, const rollout_request_t& request,
-                                 const assignment_t& assignment) {
+void RunRecording::AddAssignment(std::int64_t event, const rollout_request_t& request, const assignment_t& assignment) {
   ++counters_.requests;
   const ContentId id = MakeId(assignment.id);
   const std::int64_t total =

@@ -122,10 +122,11 @@ void MeasureRequests() {
       costs.push_back((ReadProcessorTime() - processor) / kBatch);
     }
     const DispatchCounters& counters = cluster.dispatcher().counters();
-    fmt::print("requests    {:2} workers: {:6.0f} a second (best {:.0f}), coordinator {:.1f} us each (worst {:.1f}); "
-               "{} resent, {} moved, {} copied\n",
-               workers, CalcMedian(rates), *std::max_element(rates.begin(), rates.end()), 1e6 * CalcMedian(costs),
-               1e6 * *std::max_element(costs.begin(), costs.end()), counters.resent, counters.moved, counters.copied);
+    fmt::print(
+        "requests    {:2} workers: {:6.0f} a second (best {:.0f}), coordinator {:.1f} us each (worst {:.1f}); "
+        "{} resent, {} moved, {} copied\n",
+        workers, CalcMedian(rates), *std::max_element(rates.begin(), rates.end()), 1e6 * CalcMedian(costs),
+        1e6 * *std::max_element(costs.begin(), costs.end()), counters.resent, counters.moved, counters.copied);
   }
 }
 
@@ -147,7 +148,8 @@ void MeasureEfficiency() {
     }
     double start = ReadClock();
     for (const RolloutQuery& query : queries) {
-      const EngineAnswer answer = alone->Run({query.theta, {}, query.variation, true}, [](std::int64_t, std::int64_t) {});
+      const EngineAnswer answer =
+          alone->Run({query.theta, {}, query.variation, true}, [](std::int64_t, std::int64_t) {});
       if (!answer.error.empty()) throw std::runtime_error(answer.error);
     }
     const double alone_s = ReadClock() - start;

@@ -161,10 +161,10 @@ TEST_F(JavaWorkerTest, GetsNoWorkOfAnotherEngine) {
   const auto java = StartJava("java");
   ChildProcess knap(kBin + "knap", MakeLearnArguments("run", "another", "2"), folder_ / "", "log");
   EXPECT_EQ(knap.Wait(), 4) << knap.ReadErr();
-  ChildProcess resumed(kBin + "knap",
-                       {"learn", "--resume", "run", "--external", "--engine", "bowl", "--lcm-url", url_, "--key",
-                        folder_ / "key"},
-                       folder_ / "", "resumed");
+  ChildProcess resumed(
+      kBin + "knap",
+      {"learn", "--resume", "run", "--external", "--engine", "bowl", "--lcm-url", url_, "--key", folder_ / "key"},
+      folder_ / "", "resumed");
   EXPECT_EQ(resumed.Wait(), 2);
   EXPECT_THAT(resumed.ReadErr(), HasSubstr("belongs to a run with another engine (another, not bowl)"));
   ChildProcess own(kBin + "knap", {"learn", KNAP_SOURCE_DIR "/configs/pushing.yaml", "--engine", "bowl"}, folder_ / "",
