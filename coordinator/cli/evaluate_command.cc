@@ -172,7 +172,7 @@ int RunEvaluate(const EvaluateArguments& arguments) {
   const std::uint64_t seed = arguments.seed.value_or(static_cast<std::uint64_t>(scene.evaluation.seed));
   std::vector<Test> tests;
   {
-    ClusterSession session(arguments.cluster, scenario.files);
+    ClusterSession session(arguments.cluster, FindEngineIdentity(arguments.cluster.engine), scenario.files);
     const TestProgress progress(scene, n * static_cast<int>(thetas.size()), arguments.quiet, &session);
     tests = TestDesigns(thetas, problem.variations, n, seed, session.service());
   }

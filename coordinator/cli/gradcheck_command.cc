@@ -34,7 +34,7 @@ struct GradcheckFlags {
 int RunGradcheck(const GradcheckFlags& flags) {
   const LoadedScenario scenario = LoadValidScenario(flags.config, flags.overrides);
   const Problem problem = MakeProblem(scenario.parsed.scene);
-  ClusterSession session(flags.cluster, scenario.files);
+  ClusterSession session(flags.cluster, FindEngineIdentity(flags.cluster.engine), scenario.files);
 
   ProgressReporter reporter(std::cerr, DetectTerminal(STDERR_FILENO));
   ProgressState state;

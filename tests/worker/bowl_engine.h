@@ -4,7 +4,8 @@
 //   task loss L = 1/2 sum_i w_i (theta_i - t_i)^2,        dL/dtheta_i = w_i (theta_i - t_i)
 //   distillation L = 1/2 sum_i (theta_i - reference_i)^2, dL/dtheta_i = theta_i - reference_i
 //   success: L < 0.001.
-// The order of operations, 0.5 · w · e · e added up from the left, is the same in both.
+// The order of operations, 0.5 · w · e · e added up from the left, is the same in both, and none of them may be rounded
+// in two ways, so the engine's name says all: no build, no fingerprint.
 #pragma once
 
 #include <memory>
@@ -16,7 +17,7 @@ namespace knap {
 
 class BowlEngine : public Engine {
  public:
-  std::string name() const override { return "bowl"; }
+  EngineIdentity identity() const override { return {"bowl", "", {}}; }
   std::unique_ptr<EngineScenario> Load(const ScenarioFiles& files) override;
 };
 

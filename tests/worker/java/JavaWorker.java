@@ -18,6 +18,7 @@ import java.util.Map;
 import java.util.Set;
 import java.util.concurrent.ArrayBlockingQueue;
 import java.util.concurrent.TimeUnit;
+import knap.assignment_t;
 import knap.control_t;
 import knap.rollout_request_t;
 import knap.rollout_result_t;
@@ -169,9 +170,7 @@ public final class JavaWorker {
       if (fetch != null) fetch.add(new scenario_t(bytes));
     } else if (message.channel.equals(requestChannel)) {
       if (!accept(bytes, rollout_request_t.LCM_FINGERPRINT)) return;
-      for (int offset = 56; offset < 72; offset += 4) Wire.takeCount(bytes, offset, Wire.MAX_VALUES);
-      Wire.takeCount(bytes, 72, Wire.VALUES_PER_PART);
-      Wire.takeCount(bytes, 76, 8 * 32);
+      Wire.checkRequest(bytes);
       rollout_request_t request = new rollout_request_t(bytes);
       if (request.receiver == instance && request.run_id == runId) handleRequest(request);
     } else if (message.channel.equals(controlChannel)) {
@@ -240,7 +239,12 @@ public final class JavaWorker {
     for (int i = 0; i + 32 <= request.acknowledged.length; i += 32) {
       acknowledge(Wire.hex(Arrays.copyOfRange(request.acknowledged, i, i + 32)));
     }
-    String id = Wire.hex(request.id);
+    for (assignment_t assignment : request.assignments) handleAssignment(request, assignment);
+  }
+
+  private void handleAssignment(rollout_request_t request, assignment_t assignment)
+      throws IOException, GeneralSecurityException {
+    String id = Wire.hex(assignment.id);
     Long tombstone = cancelled.get(id);
     if (tombstone != null && request.sequence < tombstone) return;
     cancelled.remove(id);
@@ -251,17 +255,17 @@ public final class JavaWorker {
       return;
     }
     for (Job job : queue) {
-      if (Arrays.equals(job.id, request.id)) return;
+      if (Arrays.equals(job.id, assignment.id)) return;
     }
     if (queue.size() >= MAX_QUEUE) return;
-    long total = (long) request.theta_size + request.reference_size + request.variation_size;
+    long total = (long) assignment.theta_size + assignment.reference_size + assignment.variation_size;
     if (total > Wire.MAX_VALUES) throw new IOException("too many values");
     Job job = partial.get(id);
     if (job == null) {
-      job = new Job(request);
+      job = new Job(request.scenario, assignment);
       partial.put(id, job);
     }
-    job.add(request);
+    job.add(assignment);
     if (!job.isComplete()) return;
     partial.remove(id);
     byte[] expected = Wire.calcRequestId(
@@ -384,6 +388,7 @@ public final class JavaWorker {
     if (runScenario != null && loaded.contains(Wire.hex(runScenario))) status.scenario = runScenario;
     status.name = name;
     status.engine = Bowl.NAME;
+    status.build = "";  // with no fingerprint: nothing in it may be rounded in two ways
     status.host = host;
     publish("KNAP_WORKER_STATUS", wire.seal(status));
     statusDueAt = System.nanoTime() + STATUS_NS;

@@ -2,7 +2,7 @@ package knap.worker;
 
 import java.util.Arrays;
 import java.util.BitSet;
-import knap.rollout_request_t;
+import knap.assignment_t;
 
 /** One request, put together from its parts. */
 final class Job {
@@ -15,9 +15,9 @@ final class Job {
   private final double[] values;
   private final BitSet have = new BitSet();
 
-  Job(rollout_request_t head) {
+  Job(byte[] scenario, assignment_t head) {
+    this.scenario = scenario;
     id = head.id;
-    scenario = head.scenario;
     attempt = head.attempt;
     gradient = head.gradient != 0;
     thetaSize = head.theta_size;
@@ -26,7 +26,7 @@ final class Job {
   }
 
   /** Adds one part; one that cannot belong here is ignored. */
-  void add(rollout_request_t part) {
+  void add(assignment_t part) {
     int first = part.first_value;
     if (part.theta_size + part.reference_size + part.variation_size != values.length) return;
     if (first % Wire.VALUES_PER_PART != 0 || first > values.length) return;

@@ -56,6 +56,17 @@ final class Wire {
     return count;
   }
 
+  /** The counts of a rollout_request_t. */
+  static void checkRequest(byte[] bytes) throws IOException {
+    int assignments = takeCount(bytes, 48, 16);
+    takeCount(bytes, 52, 8 * 32);
+    int offset = 88;
+    for (int i = 0; i < assignments; ++i) {
+      for (int size = 8; size < 24; size += 4) takeCount(bytes, offset + size, MAX_VALUES);
+      offset += 60 + 8 * takeCount(bytes, offset + 24, VALUES_PER_PART);
+    }
+  }
+
   static byte[] sha256(byte[] bytes) throws GeneralSecurityException {
     return MessageDigest.getInstance("SHA-256").digest(bytes);
   }
