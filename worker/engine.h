@@ -1,7 +1,8 @@
 // The seam between the worker's protocol and what it computes: an engine turns a scenario and a request into an answer.
 //
 // The engine `knap` is the differentiable simulator; tests use closed-form engines. Answers of different engines are
-// never mixed, so the engine's name is part of every request's id.
+// never mixed, so the engine's name is part of every request's id, and a worker whose engine is of another build or
+// computes known numbers otherwise gets no work.
 #pragma once
 
 #include <cstdint>
@@ -10,6 +11,8 @@
 #include <memory>
 #include <string>
 #include <vector>
+
+#include "lcmtypes/wire/engine_identity.h"
 
 namespace knap {
 
@@ -53,7 +56,8 @@ class EngineScenario {
 class Engine {
  public:
   virtual ~Engine() = default;
-  virtual std::string name() const = 0;
+  // Equal identities mean equal bits in every answer. May compute for some milliseconds.
+  virtual EngineIdentity identity() const = 0;
   // Throws std::runtime_error with one clear line when the files do not describe a scenario.
   virtual std::unique_ptr<EngineScenario> Load(const ScenarioFiles& files) = 0;
 };

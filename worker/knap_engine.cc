@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "sim/rollout/rollout.h"
+#include "worker/knap_identity.h"
 
 namespace knap {
 namespace {
@@ -61,7 +62,7 @@ class KnapScenario final : public EngineScenario {
 
 class KnapEngine final : public Engine {
  public:
-  std::string name() const override { return "knap"; }
+  EngineIdentity identity() const override { return MakeKnapIdentity("/proc/self/exe"); }
   std::unique_ptr<EngineScenario> Load(const ScenarioFiles& files) override {
     return std::make_unique<KnapScenario>(files);
   }

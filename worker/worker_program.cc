@@ -95,7 +95,7 @@ int RunWorkerProgram(int argc, char** argv, std::unique_ptr<Engine> engine) {
     const std::unique_ptr<Transport> transport =
         OpenTransport(ChooseLcmUrl(url, kDefaultLcmUrl), WorkerReactor::ListChannels(name), &clock);
     ThreadedExecutor executor(engine.get(), [&transport] { transport->Wake(); });
-    WorkerReactor reactor({name, MakeNonce(), engine->name(), host, static_cast<std::int32_t>(getpid())}, key,
+    WorkerReactor reactor({name, MakeNonce(), engine->identity(), host, static_cast<std::int32_t>(getpid())}, key,
                           transport.get(), &clock, &executor);
     Work(&reactor, transport.get(), clock);
     // A computation cannot be broken off, and nobody waits for this one: leave without it.

@@ -114,10 +114,16 @@ bool WorkerReactor::IsQueued(const ContentId& id) const {
 
 void WorkerReactor::HandleRequest(const rollout_request_t& request) {
   for (const ContentId& id : ParseIds(request.acknowledged)) results_.Acknowledge(id);
-  const ContentId id = MakeId(request.id);
+  for (const assignment_t& assignment : request.assignments) {
+    HandleAssignment(assignment, MakeId(request.scenario), request.sequence);
+  }
+}
+
+void WorkerReactor::HandleAssignment(const assignment_t& assignment, const ContentId& scenario, std::int64_t sequence) {
+  const ContentId id = MakeId(assignment.id);
   const auto tombstone = cancelled_.find(id);
   if (tombstone != cancelled_.end()) {
-    if (request.sequence < tombstone->second) return;
+    if (sequence < tombstone->second) return;
     tombstone->second = -1;  // wanted again
   }
   if (ResultStore::Entry* entry = results_.Find(id)) {
@@ -128,7 +134,8 @@ void WorkerReactor::HandleRequest(const rollout_request_t& request) {
   if (IsQueued(id) || queue_.size() >= static_cast<std::size_t>(kMaxQueue)) return;
 
   const std::int64_t total =
-      std::int64_t{request.theta_size} + request.control_size + request.reference_size + request.variation_size;
+      std::int64_t{assignment.theta_size} + assignment.control_size + assignment.reference_size +
+      assignment.variation_size;
   if (total > kMaxValues) {
     ++refusals_.malformed;
     return;
@@ -140,10 +147,10 @@ void WorkerReactor::HandleRequest(const rollout_request_t& request) {
     partial_order_.push_back(id);
   }
   ValueAssembly& values = found->second;
-  if (!values.Add(static_cast<std::int32_t>(total), request.first_value, request.values)) {
+  if (!values.Add(static_cast<std::int32_t>(total), assignment.first_value, assignment.values)) {
     ++refusals_.malformed;
   } else if (values.IsComplete()) {
-    TakeRequest(request, values.values());
+    TakeRequest(assignment, scenario, values.values());
     ErasePartial(id);
   }
 }
@@ -153,20 +160,21 @@ void WorkerReactor::ErasePartial(const ContentId& id) {
   partial_order_.erase(std::find(partial_order_.begin(), partial_order_.end(), id));
 }
 
-void WorkerReactor::TakeRequest(const rollout_request_t& head, const std::vector<double>& values) {
+void WorkerReactor::TakeRequest(const assignment_t& head, const ContentId& scenario,
+                                const std::vector<double>& values) {
   const auto theta_end = values.begin() + head.theta_size;
   const auto controls_end = theta_end + head.control_size;
   const auto reference_end = controls_end + head.reference_size;
   Job job;
   job.id = MakeId(head.id);
-  job.scenario = MakeId(head.scenario);
+  job.scenario = scenario;
   job.attempt = head.attempt;
   job.request.theta.assign(values.begin(), theta_end);
   job.request.controls.assign(theta_end, controls_end);
   job.request.reference.assign(controls_end, reference_end);
   job.request.variation.assign(reference_end, values.end());
   job.request.gradient = head.gradient != 0;
-  const ContentId id = CalcRequestId({identity_.engine, job.scenario, job.request.theta, job.request.controls,
+  const ContentId id = CalcRequestId({identity_.engine.name, job.scenario, job.request.theta, job.request.controls,
                                       job.request.reference, job.request.variation, job.request.gradient});
   if (id != job.id) {
     ++refusals_.malformed;  // the coordinator means another engine, or parts of two requests were mixed
@@ -326,9 +334,11 @@ void WorkerReactor::PublishStatus(std::int32_t state) {
   status.queue_capacity = kMaxQueue;
   if (running_) CopyId(queue_.front().id, status.running);
   if (started_scenario_) CopyId(*started_scenario_, status.scenario);
+  CopyId(identity_.engine.fingerprint, status.fingerprint);
   for (const Job& job : queue_) AppendId(job.id, &status.queue);
   status.name = identity_.name;
-  status.engine = identity_.engine;
+  status.engine = identity_.engine.name;
+  status.build = MakeWireText(identity_.engine.build, kMaxBuildLength);
   status.host = MakeWireText(identity_.host, kMaxHostLength);
   sender_.Publish(kWorkerStatusChannel, run_id_, std::move(status));
   status_sent_us_ = now_us;

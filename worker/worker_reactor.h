@@ -25,6 +25,7 @@
 #include "lcmtypes/wire/clock.h"
 #include "lcmtypes/wire/codec.h"
 #include "lcmtypes/wire/content_id.h"
+#include "lcmtypes/wire/engine_identity.h"
 #include "lcmtypes/wire/sender.h"
 #include "lcmtypes/wire/transport.h"
 #include "lcmtypes/wire/value_parts.h"
@@ -37,7 +38,7 @@ namespace knap {
 struct WorkerIdentity {
   std::string name;           // IsName
   std::int64_t instance = 0;  // random, new with every start; not 0
-  std::string engine;         // IsName
+  EngineIdentity engine;
   std::string host;
   std::int32_t pid = 0;
 };
@@ -75,10 +76,11 @@ class WorkerReactor {
   };
 
   void HandleRequest(const rollout_request_t& request);
+  void HandleAssignment(const assignment_t& assignment, const ContentId& scenario, std::int64_t sequence);
   void HandleControl(const control_t& control);
   void Join(const control_t& control);
   void Cancel(const ContentId& id, std::int64_t sequence);
-  void TakeRequest(const rollout_request_t& head, const std::vector<double>& values);
+  void TakeRequest(const assignment_t& head, const ContentId& scenario, const std::vector<double>& values);
   void ErasePartial(const ContentId& id);
   bool IsQueued(const ContentId& id) const;
 

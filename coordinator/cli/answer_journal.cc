@@ -7,8 +7,6 @@
 namespace knap {
 namespace {
 
-constexpr std::size_t kMostPending = 64;  // a crash in a long test loses no more answers than this
-
 void AppendInteger(std::uint64_t value, int bytes, std::string* out) {
   for (int i = 0; i < bytes; ++i) out->push_back(static_cast<char>((value >> (8 * i)) & 0xff));
 }
@@ -102,8 +100,8 @@ JournaledService::JournaledService(Dispatcher* dispatcher, Journal* journal, std
     ++current_;
     if (on_answer_) on_answer_(report);
     pending_.push_back({report.id, *report.outcome});
-    if (pending_.size() >= kMostPending) Flush();
   });
+  dispatcher_->set_on_commit([this] { Flush(); });
 }
 
 std::vector<RolloutOutcome> JournaledService::Evaluate(std::span<const RolloutQuery> queries) {
@@ -111,12 +109,11 @@ std::vector<RolloutOutcome> JournaledService::Evaluate(std::span<const RolloutQu
   for (const RolloutQuery& query : queries) distinct_.insert(dispatcher_->CalcId(query));
   try {
     std::vector<RolloutOutcome> outcomes = dispatcher_->Evaluate(queries);
-    Flush();
     current_ = 0;
     finished_ = total_;
     return outcomes;
   } catch (...) {
-    Flush();
+    Flush();  // what came before the failure needs not be asked again
     throw;
   }
 }

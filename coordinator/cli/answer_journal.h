@@ -1,5 +1,6 @@
-// A run's answers across crashes: what the cluster answered is on the disk before the optimizer sees it, and a resumed
-// run gets it from there. Learning is a pure function of the answers, so a resumed run goes on to the same bits.
+// A run's answers across crashes: what the cluster answered is on the disk before the optimizer sees it and before a
+// worker may forget it, and a resumed run gets it from there. Learning is a pure function of the answers, so a resumed
+// run goes on to the same bits.
 #pragma once
 
 #include <cstdint>
@@ -34,7 +35,7 @@ std::vector<JournaledAnswer> DecodeAnswers(std::string_view bytes);
 class JournaledService : public RolloutService {
  public:
   // Preloads the dispatcher with the payloads of an earlier life. Both must outlive the service, which takes the
-  // dispatcher's on_result hook.
+  // dispatcher's hooks on_result and on_commit.
   JournaledService(Dispatcher* dispatcher, Journal* journal, std::span<const std::string> payloads);
 
   // As Dispatcher::Evaluate; what was answered is durable when this returns or throws.

@@ -14,6 +14,7 @@
 #include "coordinator/cli/stop_signal.h"
 #include "lcmtypes/wire/multicast.h"
 #include "lcmtypes/wire/open_transport.h"
+#include "worker/knap_identity.h"
 
 namespace knap {
 namespace {
@@ -58,8 +59,13 @@ ClusterSession::TemporaryFolder::~TemporaryFolder() {
   fs::remove_all(path, ignored);
 }
 
-ClusterSession::ClusterSession(const ClusterOptions& options, const std::map<std::string, std::string>& scenario,
-                               std::size_t controls)
+EngineIdentity FindEngineIdentity(const std::string& name) {
+  if (name == "knap") return MakeKnapIdentity(FindWorkerProgram());
+  return {name, "", {}};
+}
+
+ClusterSession::ClusterSession(const ClusterOptions& options, const EngineIdentity& engine,
+                               const std::map<std::string, std::string>& scenario, std::size_t controls)
     : run_id_(MakeRunId()),
       lcm_url_(ChooseUrl(options)),
       directory_(options.directory),
@@ -73,7 +79,7 @@ ClusterSession::ClusterSession(const ClusterOptions& options, const std::map<std
   transport_ = OpenTransport(lcm_url_, Dispatcher::ListChannels(), &clock_);
   DispatchOptions dispatch;
   dispatch.run_id = run_id_;
-  dispatch.engine = options.engine;
+  dispatch.engine = engine;
   dispatch.control_size = controls;
   dispatch.no_worker_s = options.no_worker_s;
   dispatcher_ = std::make_unique<Dispatcher>(dispatch, key, scenario, transport_.get(), &clock_);

@@ -30,14 +30,20 @@ struct ClusterOptions {
   std::filesystem::path directory;  // for the key and the workers' logs; empty: a temporary one, removed at the end
 };
 
+// What a run of this program expects of its workers' engine: for `knap` the build of the knap-worker beside this
+// program and how this machine computes; any other name must stand for one arithmetic, without build and fingerprint.
+// Throws std::runtime_error when knap-worker is not there.
+EngineIdentity FindEngineIdentity(const std::string& name);
+
 // Belongs to one thread (see local_workers.h).
 class ClusterSession {
  public:
-  // `scenario`: file name → bytes, as LoadScenario gives them. `controls`: how many of every query's last values are
-  // open-loop controls. Starts own workers at once. Throws std::invalid_argument
-  // for a URL that is none, std::runtime_error with one line when the network, the key or the workers' program fail.
-  ClusterSession(const ClusterOptions& options, const std::map<std::string, std::string>& scenario,
-                 std::size_t controls);
+  // engine: what the workers have to be, FindEngineIdentity(options.engine). `scenario`: file name → bytes, as
+  // LoadScenario gives them. `controls`: how many of every query's last values are open-loop controls. Starts own
+  // workers at once. Throws std::invalid_argument for a URL that is none, std::runtime_error with one line when the
+  // network, the key or the workers' program fail.
+  ClusterSession(const ClusterOptions& options, const EngineIdentity& engine,
+                 const std::map<std::string, std::string>& scenario, std::size_t controls);
   ~ClusterSession();  // stops own workers
   ClusterSession(const ClusterSession&) = delete;
   ClusterSession& operator=(const ClusterSession&) = delete;

@@ -35,7 +35,6 @@ struct EvaluateArguments {
   std::optional<int> variations;
   std::optional<std::uint64_t> seed;
   std::string theta;
-  std::string engine = "knap";
   bool json = false, quiet = false;
 };
 
@@ -113,11 +112,6 @@ void PrintTests(const ParameterSpec& parameters, const std::vector<Test>& tests)
 }
 
 int RunEvaluate(const EvaluateArguments& arguments) {
-  if (arguments.engine != "knap") {
-    throw UsageError(fmt::format("--engine {}: {}", arguments.engine,
-                                 arguments.engine == "bullet" ? "there is no engine on Bullet's dynamics yet; knap is"
-                                                              : "no such engine; knap is the only one"));
-  }
   const bool is_run = fs::is_directory(arguments.path);
   const fs::path config = is_run ? OpenRun(arguments.path).config_path() : fs::path(arguments.path);
   const LoadedScenario scenario = LoadValidScenario(config, arguments.overrides);
@@ -133,7 +127,8 @@ int RunEvaluate(const EvaluateArguments& arguments) {
   const std::uint64_t seed = arguments.seed.value_or(static_cast<std::uint64_t>(scene.evaluation.seed));
   std::vector<Test> tests;
   {
-    ClusterSession session(arguments.cluster, scenario.files, parameters.controls);
+    ClusterSession session(arguments.cluster, FindEngineIdentity(arguments.cluster.engine), scenario.files,
+                           parameters.controls);
     const CountProgress progress(scene.name, scene.name, n * static_cast<std::int64_t>(thetas.size()), arguments.quiet,
                                  &session);
     tests = TestDesigns(thetas, problem.variations, n, seed, session.service());
@@ -161,7 +156,6 @@ void AddEvaluateCommand(CLI::App* app, std::function<int()>* command) {
   evaluate->add_option("--seed", arguments->seed, "of the variations (default: the scenario's)");
   evaluate->add_option("--theta", arguments->theta,
                        "initial, learned, random:K or NAME=VALUE,... (default: learned for a run, else initial)");
-  evaluate->add_option("--engine", arguments->engine, "that simulates: knap (default)");
   evaluate->add_flag("--json", arguments->json, "print a JSON document on stdout");
   evaluate->add_flag("--quiet", arguments->quiet, "no progress");
   evaluate->callback([arguments, command] { *command = [arguments] { return RunEvaluate(*arguments); }; });

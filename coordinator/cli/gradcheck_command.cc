@@ -32,7 +32,8 @@ struct GradcheckFlags {
 int RunGradcheck(const GradcheckFlags& flags) {
   const LoadedScenario scenario = LoadValidScenario(flags.config, flags.overrides);
   const Problem problem = MakeProblem(scenario.parsed.scene);
-  ClusterSession session(flags.cluster, scenario.files, problem.parameters.controls);
+  ClusterSession session(flags.cluster, FindEngineIdentity(flags.cluster.engine), scenario.files,
+                         problem.parameters.controls);
 
   GradientCheckReport report;
   {

@@ -118,7 +118,8 @@ int RunLandscape(const LandscapeArguments& arguments) {
   const std::string out_name = MakeRunName(scene.name + "-landscape", std::chrono::system_clock::now());
   const fs::path out = CreateRun(arguments.out.empty() ? fs::path("runs") / out_name : fs::path(arguments.out)).path();
 
-  ClusterSession session(arguments.cluster, scenario.files, parameters.controls);
+  ClusterSession session(arguments.cluster, FindEngineIdentity(arguments.cluster.engine), scenario.files,
+                         parameters.controls);
   std::optional<Landscape> landscape;
   {
     CountProgress progress(scene.name, scene.name + " landscape", rollouts, arguments.quiet, &session);

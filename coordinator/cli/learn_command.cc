@@ -63,6 +63,14 @@ Prepared Prepare(const LearnArguments& arguments) {
   return prepared;
 }
 
+// What a run's bits depend on beside the build of knap itself (OpenRunOfThisBuild).
+RunIdentity MakeRunIdentity(const RunInfo& info, const EngineIdentity& engine) {
+  return {{"configuration", info.config_hash},
+          {"engine", engine.name},
+          {"build of knap-worker", engine.build},
+          {"arithmetic (processor or mathematical library)", FormatHex(engine.fingerprint)}};
+}
+
 int CountTests(const Prepared& prepared) {
   return static_cast<int>(prepared.scenario.parsed.scene.evaluation.variations);
 }
@@ -99,8 +107,7 @@ void WriteTool(const Prepared& prepared, const std::vector<double>& theta, const
 }
 
 // The run's folder with everything that does not depend on the answers.
-RunDirectory MakeRun(const LearnArguments& arguments, const Prepared& prepared) {
-  const RunInfo info = MakeRunInfo(prepared.scenario, prepared.config_hash);
+RunDirectory MakeRun(const LearnArguments& arguments, const Prepared& prepared, const RunInfo& info) {
   if (!arguments.resume.empty()) return OpenRun(arguments.resume);
   RunDirectory run =
       arguments.out.empty() ? RunDirectory::CreateNamed("runs", info.scenario, info.started) : CreateRun(arguments.out);
@@ -110,10 +117,14 @@ RunDirectory MakeRun(const LearnArguments& arguments, const Prepared& prepared) 
   return run;
 }
 
-Journal::Opened OpenJournal(const RunDirectory& run, const std::string& config_hash) {
+Journal::Opened OpenJournal(const RunDirectory& run, const RunIdentity& identity) try {
   // A run killed before its journal existed has asked nothing yet.
-  if (!fs::exists(run.journal_path())) return {Journal::Create(run.journal_path(), config_hash), {}, 0};
-  return Journal::Open(run.journal_path(), config_hash);
+  if (!fs::exists(run.journal_path())) return {Journal::Create(run.journal_path(), identity), {}, 0};
+  return Journal::Open(run.journal_path(), identity);
+} catch (const std::system_error&) {
+  throw;
+} catch (const std::runtime_error& e) {
+  throw UsageError(e.what());  // not the journal of this run
 }
 
 std::string FormatRate(const TestSummary& test) {
@@ -187,11 +198,13 @@ int RunLearn(const LearnArguments& arguments) {
     PrintPlan(prepared, arguments.cluster);
     return kExitDone;
   }
-  const RunDirectory run = MakeRun(arguments, prepared);
-  Journal::Opened journal = OpenJournal(run, prepared.config_hash);
+  const RunInfo info = MakeRunInfo(prepared.scenario, prepared.config_hash);
+  const EngineIdentity engine = FindEngineIdentity(arguments.cluster.engine);
+  const RunDirectory run = MakeRun(arguments, prepared, info);
+  Journal::Opened journal = OpenJournal(run, MakeRunIdentity(info, engine));
   ClusterOptions cluster = arguments.cluster;
   cluster.directory = run.path();
-  ClusterSession session(cluster, prepared.scenario.files, prepared.problem.parameters.controls);
+  ClusterSession session(cluster, engine, prepared.scenario.files, prepared.problem.parameters.controls);
   JournaledService service(&session.dispatcher(), &journal.journal, journal.payloads);
   const RunPlan plan{prepared.scenario.parsed.scene.name, GetName(prepared.options.method),
                      prepared.problem.parameters.names, CalcMostRollouts(prepared.options), 2 * CountTests(prepared)};

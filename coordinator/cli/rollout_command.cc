@@ -15,7 +15,10 @@
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/loaded_run.h"
 #include "coordinator/cli/problem_from_scene.h"
+#include "coordinator/cli/request_replay.h"
 #include "coordinator/cli/rollout_arguments.h"
+#include "coordinator/run_directory/journal.h"
+#include "lcmtypes/wire/scenario_bundle.h"
 #include "sim/rollout/rollout.h"
 
 namespace knap {
@@ -29,6 +32,7 @@ struct RolloutFlags {
   std::optional<std::uint64_t> variation;
   std::string variation_values;
   std::optional<std::uint64_t> seed;
+  std::string request;
   bool json = false;
 };
 
@@ -135,22 +139,59 @@ std::vector<double> ChooseVariation(const RolloutFlags& flags, const Scene& scen
   return SampleVariation(MakeProblem(scene).variations, seed, RandomStream::kTestVariations, *flags.variation);
 }
 
-int RunRollout(const RolloutFlags& flags) {
-  const LoadedScenario scenario = LoadValidScenario(flags.config, flags.overrides);
+// The last `count` of `values` are controls, the others design.
+void SplitControls(const Eigen::VectorXd& values, std::size_t count, Eigen::VectorXd* design,
+                   Eigen::VectorXd* controls) {
+  const auto n = static_cast<Eigen::Index>(count);
+  *design = values.head(values.size() - n);
+  *controls = values.tail(n);
+}
+
+// The request of a run whose id begins with flags.request.
+RolloutInput FindInput(const RolloutFlags& flags, const LoadedScenario& scenario) {
   const Scene& scene = scenario.parsed.scene;
+  ReplayedRun run;
+  run.problem = MakeProblem(scene);
+  run.options = MakeLearningOptions(scene);
+  run.tests = static_cast<int>(scene.evaluation.variations);
+  run.test_seed = static_cast<std::uint64_t>(scene.evaluation.seed);
+  run.scenario = CalcScenarioId(EncodeBundle(scenario.files));
+  const std::optional<RolloutQuery> query =
+      FindRequest(run, Journal::Read(OpenRun(flags.config).journal_path()), flags.request);
+  if (!query) {
+    throw UsageError(fmt::format("--request {}: {} asked for no request with this id, as far as its journal goes",
+                                 flags.request, flags.config));
+  }
+  RolloutInput input;
+  const std::size_t controls = run.problem.parameters.controls;
+  SplitControls(ToVector(query->theta), controls, &input.theta, &input.controls);
+  if (!query->theta_reference.empty()) {
+    SplitControls(ToVector(query->theta_reference), controls, &input.theta_reference, &input.controls_reference);
+  }
+  input.variation = query->variation;
+  input.want_gradient = query->gradient;
+  return input;
+}
+
+RolloutInput MakeInput(const RolloutFlags& flags, const Scene& scene) {
   RolloutInput input;
   const ParameterSpec parameters = scene.design || scene.controls ? MakeProblem(scene).parameters : ParameterSpec();
   const std::vector<double> theta = ParseTheta(flags.theta, "--theta", parameters);
-  const auto controls = static_cast<Eigen::Index>(parameters.controls);
-  const auto design = static_cast<Eigen::Index>(theta.size()) - controls;
-  input.theta = ToVector(theta).head(design);
-  input.controls = ToVector(theta).tail(controls);
+  SplitControls(ToVector(theta), parameters.controls, &input.theta, &input.controls);
   if (!flags.reference_theta.empty()) {
-    const Eigen::VectorXd reference = ToVector(ParseTheta(flags.reference_theta, "--reference-theta", parameters));
-    input.theta_reference = reference.head(design);
-    input.controls_reference = reference.tail(controls);
+    const std::vector<double> reference = ParseTheta(flags.reference_theta, "--reference-theta", parameters);
+    SplitControls(ToVector(reference), parameters.controls, &input.theta_reference, &input.controls_reference);
   }
   input.variation = ChooseVariation(flags, scene);
+  return input;
+}
+
+int RunRollout(const RolloutFlags& flags) {
+  const bool is_request = !flags.request.empty();
+  const std::string config = is_request ? OpenRun(flags.config).config_path().string() : flags.config;
+  const LoadedScenario scenario = LoadValidScenario(config, flags.overrides);
+  const Scene& scene = scenario.parsed.scene;
+  const RolloutInput input = is_request ? FindInput(flags, scenario) : MakeInput(flags, scene);
   RolloutModel model(scenario.files);
   model.clock = ReadSeconds;
   const RolloutOutput output = model.Run(input, {});
@@ -164,7 +205,7 @@ int RunRollout(const RolloutFlags& flags) {
 void AddRolloutCommand(CLI::App* app, std::function<int()>* command) {
   const auto flags = std::make_shared<RolloutFlags>();
   CLI::App* rollout = app->add_subcommand("rollout", "run one rollout in this process");
-  rollout->add_option("config", flags->config, "scenario file")->required();
+  rollout->add_option("config", flags->config, "scenario file; with --request a run directory")->required();
   rollout->add_option("overrides", flags->overrides, "changes to it, a.b=c");
   rollout->add_option(
       "--theta", flags->theta,
@@ -178,6 +219,20 @@ void AddRolloutCommand(CLI::App* app, std::function<int()>* command) {
                    "values v1,v2,… of the varied keys (SI, or with unit)")
       ->excludes(variation);
   rollout->add_option("--seed", flags->seed, "of the test variations (default: evaluation.seed)")->needs(variation);
+  rollout
+      ->add_option("--request", flags->request,
+                   "the request of the run in the folder CONFIG whose id begins with these digits")
+      ->check(CLI::Validator(
+          [](const std::string& id) {
+            const bool is_id = id.size() >= 8 && id.find_first_not_of("0123456789abcdef") == std::string::npos;
+            return is_id ? std::string() : std::string("8 to 64 of 0-9 a-f are allowed");
+          },
+          "ID"))
+      ->excludes("overrides")
+      ->excludes("--theta")
+      ->excludes("--reference-theta")
+      ->excludes(variation)
+      ->excludes("--variation-values");
   rollout->add_flag("--json", flags->json, "one JSON document on stdout");
   rollout->callback([flags, command] { *command = [flags] { return RunRollout(*flags); }; });
 }

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -72,6 +73,7 @@ class RunRecorder : public LearningObserver {
   RunProgress progress_;
   DispatchCounters last_counters_;
   int last_restarts_ = 0;
+  std::set<std::int64_t> told_refused_;  // workers
 };
 
 }  // namespace knap

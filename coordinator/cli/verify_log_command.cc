@@ -30,7 +30,7 @@ int RunVerifyLog(const VerifyArguments& arguments) {
   std::set<std::int64_t> run_ids;
   for (const RunLife& life : lives) run_ids.insert(life.run_id);
   std::vector<RunRecording::Answer> answers;
-  for (const std::string& payload : Journal::ReadPayloads(run.journal_path())) {
+  for (const std::string& payload : Journal::Read(run.journal_path())) {
     for (JournaledAnswer& answer : DecodeAnswers(payload)) answers.emplace_back(answer.id, std::move(answer.outcome));
   }
   const std::size_t journaled = answers.size();

@@ -2,6 +2,7 @@
 // and the ways in which a run can fail to get its answers.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <stdexcept>
@@ -11,14 +12,16 @@
 #include "coordinator/rollout_service.h"
 #include "lcmtypes/wire/codec.h"
 #include "lcmtypes/wire/content_id.h"
+#include "lcmtypes/wire/engine_identity.h"
 
 namespace knap {
 
 struct DispatchOptions {
   std::int64_t run_id = 0;            // a nonce of this run's; not 0
-  std::string engine = "knap";        // workers with another engine get no work
+  EngineIdentity engine;              // workers with another one get no work
   std::size_t control_size = 0;       // of every theta: its last values are open-loop controls, the others design
-  int credits = 2;                    // requests that one worker holds at a time, 1 to kMaxQueue: one runs, one waits
+  int credits = 2;                    // least number of requests that one worker may hold, 1 to kMaxQueue: one runs,
+                                      // one waits; more when they are short (batch_pace.h)
   double lease_s = 1.0;               // a worker silent for so long is believed gone; it sends its status at 4 Hz
   double stall_s = 120.0;             // a worker without any progress for so long is believed stuck
   double no_worker_s = 30.0;          // so long without a worker while requests wait: NoWorkers
@@ -31,16 +34,20 @@ struct DispatchCounters {
   std::int64_t computed = 0;      // answers accepted from workers
   std::int64_t reissued = 0;      // requests given to another worker because the first was lost or stuck
   std::int64_t moved = 0;         // requests taken from a busy worker's queue for one that had nothing to do
+  std::int64_t copied = 0;        // second copies of stragglers given to idle workers
   std::int64_t resent = 0;        // requests sent again to the same worker because it had not got them
   std::int64_t duplicates = 0;    // answers to requests that had one already
   std::int64_t late = 0;          // answers that nobody waits for any more
   std::int64_t workers_lost = 0;  // workers that fell silent or died
   std::int64_t workers_stalled = 0;
-  std::int64_t other_protocol = 0;  // status messages of workers that speak another protocol version
-  std::int64_t other_engine = 0;    // status messages of workers with another engine
-  std::int64_t other_run = 0;       // answers that belong to another run
-  RefusalCounters refused;          // messages that are not what they should be
+  std::int64_t other_protocol = 0;   // status messages of workers that speak another protocol version
+  std::int64_t other_engine = 0;     // status messages of workers with another engine
+  std::int64_t workers_refused = 0;  // workers with the run's engine, but another build or other bits
+  std::int64_t other_run = 0;        // answers that belong to another run
+  RefusalCounters refused;           // messages that are not what they should be
 };
+
+inline std::int64_t ToMicroseconds(double seconds) { return static_cast<std::int64_t>(std::llround(seconds * 1e6)); }
 
 // One accepted answer, for rollouts.csv and the journal.
 struct RolloutReport {

@@ -15,12 +15,14 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <unordered_map>
 #include <vector>
 
 #include "coordinator/dispatch/answer_cache.h"
+#include "coordinator/dispatch/batch_pace.h"
 #include "coordinator/dispatch/dispatch_types.h"
 #include "coordinator/dispatch/scenario_server.h"
 #include "coordinator/dispatch/worker_roster.h"
@@ -68,8 +70,11 @@ class Dispatcher : public RolloutService {
   ContentId CalcId(const RolloutQuery& query) const;
   const ContentId& scenario() const { return scenario_server_.scenario(); }
 
-  // Called with every accepted answer before it is acknowledged to the worker and before Evaluate returns.
+  // Called with every accepted answer, as it comes.
   void set_on_result(std::function<void(const RolloutReport&)> hook) { on_result_ = std::move(hook); }
+  // Called before the answers reported since the last call are acknowledged to their workers, and before Evaluate
+  // returns them: when it returns they must survive a crash. Many answers share one call.
+  void set_on_commit(std::function<void()> hook) { on_commit_ = std::move(hook); }
   // Called about 20 times a second while waiting.
   void set_on_pump(std::function<void()> hook) { on_pump_ = std::move(hook); }
   // Called with a worker whose computation is stuck; whoever started it may kill it.
@@ -87,11 +92,19 @@ class Dispatcher : public RolloutService {
   const DispatchCounters& counters() const { return counters_; }
   const WorkerRoster& roster() const { return roster_; }
   int CountUsableWorkers() const;
+  // By instance: name and host of workers that were refused, and why; the first 16 of them.
+  const std::map<std::int64_t, std::string>& refused() const { return refused_; }
 
  private:
   struct PartialAnswer {
     std::int64_t worker = 0;
     ValueAssembly gradient;
+  };
+  // An acknowledgement that waits until the answer is durable.
+  struct OwedAcknowledgement {
+    ContentId id{};
+    std::int64_t instance = 0;
+    std::string worker;
   };
   struct OpenRequest {
     RolloutQuery query;
@@ -102,18 +115,22 @@ class Dispatcher : public RolloutService {
     std::int64_t opened_us = 0;
     std::int32_t attempts = 0;
     std::int32_t fatal_attempts = 0;
-    std::int32_t stalls = 0;
-    bool waiting = true;   // in waiting_
-    bool suspect = false;  // was held by a worker that crashed: runs alone from now on
+    std::set<std::int64_t> stalled_on;  // workers that got stuck on it
+    bool waiting = true;                // in waiting_
+    bool suspect = false;               // was held by a worker that crashed: runs alone from now on
   };
 
   void Turn(std::int64_t wait_us);
   void Handle(const Message& message);
+  bool Admit(const worker_status_t& status);
   void HandleStatus(const worker_status_t& status, std::int64_t arrival_us);
   void HandleControl(const control_t& control);
   void HandleResult(const rollout_result_t& result, std::int64_t arrival_us);
   void CompareWithKnown(const rollout_result_t& result, const AnswerCache::Answer& known);
   void Accept(const ContentId& id, const rollout_result_t& result, const std::vector<double>& gradient);
+  void Owe(const ContentId& id, const rollout_result_t& result);
+  void CommitIfDue(std::int64_t now_us);
+  void Commit();
 
   void CheckLeases(std::int64_t now_us);
   void CheckForWorkers(std::int64_t now_us);
@@ -122,15 +139,18 @@ class Dispatcher : public RolloutService {
   void CancelAll();
 
   void AssignWaiting();
+  KnownWorker* ChooseWorker(std::size_t limit);  // usable, holding least and less than this; may be null
   void Assign(const ContentId& id, OpenRequest* request, KnownWorker* worker);
-  // At the end of a batch: what waits behind a running request goes to a worker that has nothing to do. Should the
-  // first have begun it meanwhile, both answer.
-  void MoveToIdleWorkers();
+  // At the end of a batch, when nobody waits for a worker: those who have nothing to do get what waits behind another
+  // one's running request (should that have begun it meanwhile, both answer), or else second copies of stragglers.
+  void ServeIdleWorkers();
+  void MoveTo(std::vector<KnownWorker*>* idle);
+  void CopyTo(std::vector<KnownWorker*>* idle);
   std::optional<ContentId> FindMovable(const KnownWorker& worker) const;  // what it holds and does not run
-  KnownWorker* ChooseWorker(const OpenRequest& request);
-  void SendRequest(const ContentId& id, OpenRequest* request, KnownWorker* worker);
+  void Enqueue(const ContentId& id, OpenRequest* request, KnownWorker* worker, std::int64_t now_us);
+  void SendRequests(KnownWorker* worker);
   void SendControl(std::int32_t kind, const KnownWorker& worker, std::span<const ContentId> ids);
-  void FlushControls();
+  void FlushMessages();
   void PublishRunStatus();
   bool IsUsable(const KnownWorker& worker) const;
   void Fail(const std::string& what);
@@ -144,9 +164,14 @@ class Dispatcher : public RolloutService {
   ScenarioServer scenario_server_;
   WorkerRoster roster_;
   AnswerCache answers_;
+  BatchPace pace_;
 
   std::unordered_map<ContentId, OpenRequest, ContentIdHash> open_;
+  std::vector<OwedAcknowledgement> owed_;
+  std::int64_t owed_since_us_ = 0;
   std::deque<ContentId> waiting_;  // requests that nobody holds, next one first; answered ones are skipped
+
+  std::map<std::int64_t, std::string> refused_;
 
   std::int64_t turn_ended_us_ = 0;       // when we last listened
   std::int64_t listening_since_us_ = 0;  // without a long pause
@@ -158,6 +183,7 @@ class Dispatcher : public RolloutService {
   bool stopping_ = false;
 
   std::function<void(const RolloutReport&)> on_result_;
+  std::function<void()> on_commit_;
   std::function<void()> on_pump_;
   std::function<void(const KnownWorker&)> on_stalled_;
   const std::atomic<bool>* stop_flag_ = nullptr;

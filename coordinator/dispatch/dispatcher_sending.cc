@@ -1,7 +1,6 @@
-// The half of the dispatcher that decides what is sent to whom; dispatcher.cc has the half that listens.
+// How what the dispatcher decided is put into messages.
 #include <algorithm>
 #include <cstddef>
-#include <optional>
 #include <string>
 #include <utility>
 
@@ -12,7 +11,9 @@ namespace knap {
 namespace {
 
 constexpr std::int64_t kStatusIntervalUs = 500'000;
-constexpr std::int64_t kArrivedUs = 100'000;  // a request sent earlier than this has arrived, or is lost
+// Encoded bytes of a rollout_request_t without its lists, and of an assignment_t without its values.
+constexpr std::size_t kRequestSize = 8 + 5 * 8 + 2 * 4 + 32 + RunKey::kDigestSize;
+constexpr std::size_t kAssignmentSize = 8 * 4 + 32;
 
 // Takes up to `limit` ids off the front.
 std::vector<ContentId> TakeFront(std::vector<ContentId>* ids, std::size_t limit) {
@@ -22,105 +23,69 @@ std::vector<ContentId> TakeFront(std::vector<ContentId>* ids, std::size_t limit)
   return taken;
 }
 
-}  // namespace
-
-void Dispatcher::AssignWaiting() {
-  std::deque<ContentId> passed_over;
-  while (!waiting_.empty()) {
-    const ContentId id = waiting_.front();
-    const auto open = open_.find(id);
-    if (open == open_.end() || !open->second.waiting) {
-      waiting_.pop_front();
-      continue;
-    }
-    OpenRequest& request = open->second;
-    KnownWorker* worker = ChooseWorker(request);
-    if (worker == nullptr && !request.suspect) break;
-    waiting_.pop_front();
-    if (worker == nullptr) {
-      passed_over.push_back(id);  // a suspect waits for an idle worker; others need not wait for it
-      continue;
-    }
-    if (request.attempts > 0) ++counters_.reissued;
-    Assign(id, &request, worker);
-  }
-  waiting_.insert(waiting_.begin(), passed_over.begin(), passed_over.end());
-  if (waiting_.empty()) MoveToIdleWorkers();
-}
-
-void Dispatcher::Assign(const ContentId& id, OpenRequest* request, KnownWorker* worker) {
-  request->waiting = false;
-  request->assigned_to.push_back(worker->instance);
-  ++request->attempts;
-  if (worker->CountOccupying() == 0) worker->progress_us = clock_->now_us();
-  worker->assigned.push_back(id);
-  worker->alone = request->suspect;
-  SendRequest(id, request, worker);
-}
-
-void Dispatcher::MoveToIdleWorkers() {
-  for (auto& [idle_instance, idle] : roster_.workers()) {
-    if (!IsUsable(idle) || idle.CountOccupying() > 0) continue;
-    for (auto& [instance, busy] : roster_.workers()) {
-      const std::optional<ContentId> id = FindMovable(busy);
-      if (!id) continue;
-      OpenRequest& request = open_.at(*id);
-      request.waiting = true;  // so that it does not go back to waiting_
-      Unassign(*id, &busy);
-      busy.unsent_cancellations.push_back(*id);
-      ++counters_.moved;
-      Assign(*id, &request, &idle);
-      break;
-    }
-  }
-}
-
-std::optional<ContentId> Dispatcher::FindMovable(const KnownWorker& worker) const {
-  for (std::size_t i = worker.assigned.size(); i-- > 0;) {
-    const ContentId& id = worker.assigned[i];
-    if (id == worker.running) continue;
-    // The first one has probably begun, unless a status from after its arrival names another.
-    const std::int64_t age_us = worker.status_us - open_.at(id).sent_us.at(worker.instance);
-    if (i > 0 || (worker.running != ContentId{} && age_us > kArrivedUs)) return id;
-  }
-  return std::nullopt;
-}
-
-KnownWorker* Dispatcher::ChooseWorker(const OpenRequest& request) {
-  KnownWorker* best = nullptr;
-  const std::size_t limit = request.suspect ? 1 : static_cast<std::size_t>(options_.credits);
-  for (auto& [instance, worker] : roster_.workers()) {
-    if (!IsUsable(worker) || worker.alone || worker.CountOccupying() >= limit) continue;
-    if (best == nullptr || worker.CountOccupying() < best->CountOccupying()) best = &worker;
-  }
-  return best;
-}
-
-void Dispatcher::SendRequest(const ContentId& id, OpenRequest* request, KnownWorker* worker) {
-  const RolloutQuery& query = request->query;
-  rollout_request_t head{};
-  head.receiver = worker->instance;
-  head.attempt = request->attempts;
+// The parts of one request, as many as its values need. The last `controls` values of its theta are controls.
+std::vector<assignment_t> MakeAssignments(const ContentId& id, const RolloutQuery& query, std::size_t controls,
+                                          std::int32_t attempt) {
+  assignment_t head{};
+  head.attempt = attempt;
   head.gradient = query.gradient ? 1 : 0;
-  head.theta_size = static_cast<std::int32_t>(query.theta.size() - options_.control_size);
-  head.control_size = static_cast<std::int32_t>(options_.control_size);
+  head.theta_size = static_cast<std::int32_t>(query.theta.size() - controls);
+  head.control_size = static_cast<std::int32_t>(controls);
   head.reference_size = static_cast<std::int32_t>(query.theta_reference.size());
   head.variation_size = static_cast<std::int32_t>(query.variation.size());
   CopyId(id, head.id);
-  CopyId(scenario(), head.scenario);
   std::vector<double> values = query.theta;
   values.insert(values.end(), query.theta_reference.begin(), query.theta_reference.end());
   values.insert(values.end(), query.variation.begin(), query.variation.end());
+  std::vector<assignment_t> parts;
   ForEachPart(values, [&](std::int32_t first, std::span<const double> part) {
-    rollout_request_t message = head;
-    message.first_value = first;
-    message.values.assign(part.begin(), part.end());
+    parts.push_back(head);
+    parts.back().first_value = first;
+    parts.back().values.assign(part.begin(), part.end());
+  });
+  return parts;
+}
+
+}  // namespace
+
+void Dispatcher::Enqueue(const ContentId& id, OpenRequest* request, KnownWorker* worker, std::int64_t now_us) {
+  request->sent_us[worker->instance] = now_us;
+  worker->unsent_requests.push_back(id);
+}
+
+void Dispatcher::SendRequests(KnownWorker* worker) {
+  rollout_request_t message{};
+  std::size_t room = 0;  // bytes left in the message; 0 when none is begun
+  const auto begin = [&] {
+    message = rollout_request_t{};
+    message.receiver = worker->instance;
+    CopyId(scenario(), message.scenario);
     for (const ContentId& done : TakeFront(&worker->unsent_acknowledgements, kAcknowledgementsPerRequest)) {
       AppendId(done, &message.acknowledged);
     }
+    room = kMaxMessageSize - kRequestSize - message.acknowledged.size();
+  };
+  const auto end = [&] {
+    if (message.assignments.empty()) return;
     sender_.Publish(MakeRequestChannel(worker->name), options_.run_id, std::move(message));
-  });
-  request->sent_us[worker->instance] = clock_->now_us();
+    message.assignments.clear();
+    room = 0;
+  };
+  for (const ContentId& id : std::exchange(worker->unsent_requests, {})) {
+    const auto& assigned = worker->assigned;
+    if (std::find(assigned.begin(), assigned.end(), id) == assigned.end()) continue;  // answered or taken meanwhile
+    const OpenRequest& request = open_.at(id);
+    for (assignment_t& part : MakeAssignments(id, request.query, options_.control_size, request.attempts)) {
+      const std::size_t size = kAssignmentSize + 8 * part.values.size();
+      if (size > room || message.assignments.size() == static_cast<std::size_t>(kAssignmentsPerRequest)) {
+        end();
+        begin();
+      }
+      room -= size;
+      message.assignments.push_back(std::move(part));
+    }
+  }
+  end();
 }
 
 void Dispatcher::SendControl(std::int32_t kind, const KnownWorker& worker, std::span<const ContentId> ids) {
@@ -132,13 +97,15 @@ void Dispatcher::SendControl(std::int32_t kind, const KnownWorker& worker, std::
   sender_.Publish(MakeControlChannel(worker.name), options_.run_id, std::move(control));
 }
 
-void Dispatcher::FlushControls() {
+void Dispatcher::FlushMessages() {
   for (auto& [instance, worker] : roster_.workers()) {
-    while (!worker.unsent_acknowledgements.empty()) {
-      SendControl(control_t::kAcknowledge, worker, TakeFront(&worker.unsent_acknowledgements, kIdsPerControl));
-    }
+    // First of all, so that what is wanted again has the larger sequence number.
     while (!worker.unsent_cancellations.empty()) {
       SendControl(control_t::kCancel, worker, TakeFront(&worker.unsent_cancellations, kIdsPerControl));
+    }
+    if (!worker.unsent_requests.empty()) SendRequests(&worker);
+    while (!worker.unsent_acknowledgements.empty()) {
+      SendControl(control_t::kAcknowledge, worker, TakeFront(&worker.unsent_acknowledgements, kIdsPerControl));
     }
   }
 }

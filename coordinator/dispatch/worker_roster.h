@@ -33,6 +33,8 @@ struct KnownWorker {
   ContentId running{};              // by its latest status; zeros after the answer came
   std::vector<ContentId> assigned;  // given to it and not answered, in the order they were sent
   bool alone = false;               // what it holds is a suspect: nothing else may be given to it
+  std::int64_t began_us = 0;        // when it began with what it computes now, as far as we can tell
+  std::vector<ContentId> unsent_requests;
   std::vector<ContentId> unsent_acknowledgements;
   std::vector<ContentId> unsent_cancellations;
 

@@ -6,23 +6,25 @@
 #include <string>
 #include <string_view>
 
+#include "coordinator/run_directory/append_file.h"
+
 namespace knap {
 
 // An open file. Every failure throws std::system_error whose text names the path. Not copyable.
-class DurableFile {
+class DurableFile final : public AppendFile {
  public:
   // flags and mode as for open(2); O_CLOEXEC is added.
   DurableFile(const std::filesystem::path& path, int flags, unsigned mode = 0644);
   DurableFile(DurableFile&& other) noexcept;
   DurableFile& operator=(DurableFile&& other) noexcept;
-  ~DurableFile();
+  ~DurableFile() override;
 
-  const std::filesystem::path& path() const { return path_; }
-  std::string ReadAll() const;         // from the beginning; leaves the write position at the end
-  void Write(std::string_view bytes);  // all of them: the kernel has them when it returns
-  void Sync();                         // fdatasync: the disk has them
-  void Truncate(std::uint64_t size);   // and moves the write position there
-  bool TryLock();                      // flock, exclusive; false when another process holds it
+  const std::filesystem::path& path() const override { return path_; }
+  std::string ReadAll() const override;
+  void Write(std::string_view bytes) override;  // the kernel has them when it returns
+  void Sync() override;                         // fdatasync: the disk has them
+  void Truncate(std::uint64_t size) override;
+  bool TryLock();  // flock, exclusive; false when another process holds it
 
  private:
   std::filesystem::path path_;

@@ -29,21 +29,23 @@ void RunRecording::Add(std::int64_t event, const std::string& channel, const std
     if (result && runs_.count(result->run_id) != 0) AddResult(event, *result);
   } else if (channel.compare(0, kRequestPrefix.size(), kRequestPrefix) == 0) {
     const auto request = Open<rollout_request_t>(bytes, key_, &counters_.refused);
-    if (request && runs_.count(request->run_id) != 0) AddRequest(event, *request);
+    if (!request || runs_.count(request->run_id) == 0) return;
+    for (const assignment_t& assignment : request->assignments) AddAssignment(event, *request, assignment);
   }
 }
 
-void RunRecording::AddRequest(std::int64_t event, const rollout_request_t& request) {
+void RunRecording::AddAssignment(std::int64_t event, const rollout_request_t& request, const assignment_t& assignment) {
   ++counters_.requests;
-  const ContentId id = MakeId(request.id);
-  const std::int64_t total = std::int64_t{request.theta_size} + request.reference_size + request.variation_size;
+  const ContentId id = MakeId(assignment.id);
+  const std::int64_t total =
+      std::int64_t{assignment.theta_size} + assignment.reference_size + assignment.variation_size;
   if (total > kMaxValues) {
     Note(event, fmt::format("request {} announces {} values", FormatHex(id), total));
     return;
   }
   const auto size = static_cast<std::int32_t>(total);
   Partial& partial = requests_.try_emplace(id, Partial{ValueAssembly(size)}).first->second;
-  if (!partial.values.Add(size, request.first_value, request.values)) {
+  if (!partial.values.Add(size, assignment.first_value, assignment.values)) {
     Note(event, fmt::format("a part of request {} does not belong to the others", FormatHex(id)));
     return;
   }
@@ -55,11 +57,11 @@ void RunRecording::AddRequest(std::int64_t event, const rollout_request_t& reque
     return;
   }
   const std::span<const double> values(partial.values.values());
-  const auto theta_size = static_cast<std::size_t>(request.theta_size);
-  const auto reference_size = static_cast<std::size_t>(request.reference_size);
+  const auto theta_size = static_cast<std::size_t>(assignment.theta_size);
+  const auto reference_size = static_cast<std::size_t>(assignment.reference_size);
   const ContentId expected = CalcRequestId({engine->second, MakeId(request.scenario), values.first(theta_size),
                                             values.subspan(theta_size, reference_size),
-                                            values.subspan(theta_size + reference_size), request.gradient != 0});
+                                            values.subspan(theta_size + reference_size), assignment.gradient != 0});
   if (expected != id) {
     Note(event, fmt::format("request {} asks what would be request {}", FormatHex(id), FormatHex(expected)));
   }

@@ -53,7 +53,8 @@ class RunRecording {
     bool complete = false;
   };
 
-  void AddRequest(std::int64_t event, const rollout_request_t& request);
+  // One of the request message's assignments.
+  void AddAssignment(std::int64_t event, const rollout_request_t& request, const assignment_t& assignment);
   void AddResult(std::int64_t event, const rollout_result_t& result);
   void Note(std::int64_t event, const std::string& difference);  // the first one stays
 

@@ -119,6 +119,7 @@ Json MakeStatusJson(const ClusterView& view, std::int64_t now_us, const std::str
                        {"host", s.host},
                        {"pid", s.pid},
                        {"engine", s.engine},
+                       {"build", s.build},
                        {"run_id", s.run_id == 0 ? Json() : Json(FormatNumber64(s.run_id))},
                        {"state", GetStateName(kWorkerStates, s.state)},
                        {"steps_done", s.steps_done},

@@ -14,6 +14,7 @@ inline constexpr std::int32_t kProtocolVersion = 2;
 inline constexpr std::size_t kMaxMessageSize = 1300;
 inline constexpr std::int32_t kValuesPerPart = 96;   // doubles in one request or result
 inline constexpr std::int32_t kMaxValues = 1 << 20;  // doubles in all parts of one request or result
+inline constexpr std::int32_t kAssignmentsPerRequest = 16;
 inline constexpr std::int32_t kAcknowledgementsPerRequest = 8;
 inline constexpr std::int32_t kIdsPerControl = 32;
 inline constexpr std::int32_t kChunksPerControl = 32;
@@ -21,6 +22,7 @@ inline constexpr std::int32_t kMaxQueue = 16;             // requests that one w
 inline constexpr std::int32_t kBundleChunkSize = 1024;    // [byte]
 inline constexpr std::int32_t kMaxBundleSize = 64 << 20;  // [byte]
 inline constexpr std::size_t kMaxNameLength = 40;
+inline constexpr std::size_t kMaxBuildLength = 64;
 inline constexpr std::size_t kMaxHostLength = 64;
 inline constexpr std::size_t kMaxErrorLength = 600;
 

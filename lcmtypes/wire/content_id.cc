@@ -49,6 +49,13 @@ ContentId CalcRequestId(const RequestContent& content) {
   return CalcSha256(bytes.bytes());
 }
 
+ContentId CalcFingerprint(std::span<const double> numbers) {
+  CanonicalBytes bytes;
+  bytes.AddString("knap-numbers-1");
+  bytes.AddDoubles(numbers);
+  return CalcSha256(bytes.bytes());
+}
+
 std::string FormatHex(const ContentId& id) {
   std::string hex;
   for (const std::uint8_t byte : id) {

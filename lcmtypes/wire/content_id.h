@@ -44,6 +44,10 @@ struct RequestContent {
 
 ContentId CalcRequestId(const RequestContent& content);
 
+// SHA-256 of string "knap-numbers-1" and list `numbers`, encoded as above: machines on which the same program rounds
+// but one of the numbers differently have different fingerprints.
+ContentId CalcFingerprint(std::span<const double> numbers);
+
 // 64 lower-case hexadecimal digits, and the first 12 of them for messages to people.
 std::string FormatHex(const ContentId& id);
 std::string FormatShort(const ContentId& id);

@@ -18,16 +18,23 @@ std::int32_t Count(const Vector& v) {
 }  // namespace
 
 void SetCounts(rollout_request_t* message) {
-  message->value_count = Count(message->values);
+  message->assignment_count = Count(message->assignments);
+  for (assignment_t& assignment : message->assignments) assignment.value_count = Count(assignment.values);
   message->acknowledged_size = Count(message->acknowledged);
 }
 
 void Scan(const rollout_request_t*, WireScanner* scanner) {
-  scanner->Skip(5 * kScalar64 + 2 * kScalar32);
-  for (int i = 0; i < 5; ++i) scanner->TakeCount(kMaxValues);  // four sizes and the first index
-  const std::size_t values = scanner->TakeCount(kValuesPerPart);
+  scanner->Skip(5 * kScalar64);
+  const std::size_t assignments = scanner->TakeCount(kAssignmentsPerRequest);
   const std::size_t acknowledged = scanner->TakeCount(kAcknowledgementsPerRequest * static_cast<std::int32_t>(kId));
-  scanner->Skip(2 * kId + values * kScalar64 + acknowledged + RunKey::kDigestSize);
+  scanner->Skip(kId);
+  for (std::size_t k = 0; k < assignments; ++k) {
+    scanner->Skip(2 * kScalar32);
+    for (int i = 0; i < 5; ++i) scanner->TakeCount(kMaxValues);  // four sizes and the first index
+    const std::size_t values = scanner->TakeCount(kValuesPerPart);
+    scanner->Skip(kId + values * kScalar64);
+  }
+  scanner->Skip(acknowledged + RunKey::kDigestSize);
 }
 
 void SetCounts(rollout_result_t* message) { message->value_count = Count(message->values); }
@@ -47,9 +54,10 @@ void SetCounts(worker_status_t* message) { message->queue_size = Count(message->
 void Scan(const worker_status_t*, WireScanner* scanner) {
   scanner->Skip(12 * kScalar64 + 5 * kScalar32);
   const std::size_t queue = scanner->TakeCount(kMaxQueue * static_cast<std::int32_t>(kId));
-  scanner->Skip(2 * kId + queue);
+  scanner->Skip(3 * kId + queue);
   scanner->SkipString(kMaxNameLength);
   scanner->SkipString(kMaxNameLength);
+  scanner->SkipString(kMaxBuildLength);
   scanner->SkipString(kMaxHostLength);
   scanner->Skip(RunKey::kDigestSize);
 }

@@ -64,7 +64,7 @@ Matrix6d MakeInertia(const Body& body, const MassProperties* of_unit_density) {
   const DensityInertia* density = std::get_if<DensityInertia>(&*body.inertia);
   if (of_unit_density != nullptr && density != nullptr) {
     if (!(of_unit_density->mass > 0.0)) {
-      throw std::runtime_error(fmt::format("body '{}': the design turns its mesh inside out", body.name));
+      throw std::invalid_argument(fmt::format("theta: it turns the mesh of body '{}' inside out", body.name));
     }
     return MakeSpatialInertia(density->density * of_unit_density->mass, of_unit_density->CalcCenter(),
                               density->density * of_unit_density->CalcCentralInertia());

@@ -56,7 +56,8 @@ class RolloutModel {
   int num_controls() const { return CountControls(scene_); }
   const std::optional<SceneDesign>& design() const { return design_; }
 
-  // Throws std::invalid_argument when sizes do not fit the scenario. `progress` may be empty.
+  // Throws std::invalid_argument when sizes do not fit the scenario, or theta turns a mesh that has a mass inside out.
+  // `progress` may be empty.
   RolloutOutput Run(const RolloutInput& input, const std::function<void(int done, int total)>& progress);
 
   // The path of one body without any loss, for pictures, at theta, controls and variation of `input`.

@@ -21,9 +21,6 @@ overrides=("rollout.horizon=2 s" learning.variations=8 learning.batch=4 learning
 url="udpm://239.255.76.67:$((20000 + $$ % 12000))?ttl=0"
 "$knap" learn "$config" "${overrides[@]}" --out calm --workers 2 --quiet
 
-"$storm" "$url" "$count" "$rate" 1 >storm.log &
-storming=$!
-children+=("$storming")
 # theta.learned is the one list in result.json with this name.
 read_theta() { sed -n '/"learned": \[/,/\]/p' "$1/result.json"; }
 test -n "$(read_theta calm)"
@@ -31,7 +28,20 @@ runs=0 refused=0
 while ((runs == 0)) || kill -0 "$storming" 2>/dev/null; do
   runs=$((runs + 1))
   run=stormy-$runs
-  "$knap" learn "$config" "${overrides[@]}" --out "$run" --workers 2 --lcm-url "$url" --quiet
+  "$knap" learn "$config" "${overrides[@]}" --out "$run" --workers 2 --lcm-url "$url" --quiet &
+  learning=$!
+  children+=("$learning")
+  if ((runs == 1)); then
+    # A small storm on a slow build would be over before the first run listens.
+    until grep -q local- "$run/rollouts.csv" 2>/dev/null; do
+      kill -0 "$learning" || { echo "the run ended before a worker answered"; exit 1; }
+      sleep 0.02
+    done
+    "$storm" "$url" "$count" "$rate" 1 >storm.log &
+    storming=$!
+    children+=("$storming")
+  fi
+  wait "$learning"
   if [[ $(read_theta calm) != "$(read_theta "$run")" ]]; then
     echo "the learned theta differs:"
     read_theta calm

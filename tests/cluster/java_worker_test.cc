@@ -90,7 +90,8 @@ TEST_F(JavaWorkerTest, AnswersEveryKindOfRequestLikeItsTwin) {
   LcmTransport transport(url_, Dispatcher::ListChannels(), &clock);
   DispatchOptions options;
   options.run_id = 99;
-  options.engine = "bowl";
+  options.engine.name = "bowl";
+  options.control_size = 3;  // of every theta below; the twin takes all as design
   // A scenario of 100 pieces: the worker has to fetch it in several rounds.
   Dispatcher dispatcher(options, key_, {{"scenario.yaml", std::string(100'000, 's')}}, &transport, &clock);
   std::set<std::string> answered_by;
@@ -112,7 +113,7 @@ TEST_F(JavaWorkerTest, AnswersEveryKindOfRequestLikeItsTwin) {
   for (std::size_t i = 0; i < queries.size(); ++i) {
     const RolloutQuery& q = queries[i];
     const EngineAnswer expected =
-        twin->Run({q.theta, q.theta_reference, q.variation, q.gradient}, [](std::int64_t, std::int64_t) {});
+        twin->Run({q.theta, {}, q.theta_reference, q.variation, q.gradient}, [](std::int64_t, std::int64_t) {});
     EXPECT_EQ(outcomes[i].loss, expected.loss) << "query " << i;
     EXPECT_NE(outcomes[i].loss, 0.0) << "query " << i;
     EXPECT_EQ(outcomes[i].gradient, expected.gradient) << "query " << i;
@@ -161,6 +162,12 @@ TEST_F(JavaWorkerTest, GetsNoWorkOfAnotherEngine) {
   const auto java = StartJava("java");
   ChildProcess knap(kBin + "knap", MakeLearnArguments("run", "another", "2"), folder_ / "", "log");
   EXPECT_EQ(knap.Wait(), 4) << knap.ReadErr();
+  ChildProcess resumed(
+      kBin + "knap",
+      {"learn", "--resume", "run", "--external", "--engine", "bowl", "--lcm-url", url_, "--key", folder_ / "key"},
+      folder_ / "", "resumed");
+  EXPECT_EQ(resumed.Wait(), 2);
+  EXPECT_THAT(resumed.ReadErr(), HasSubstr("belongs to a run with another engine (another, not bowl)"));
   ChildProcess own(kBin + "knap", {"learn", KNAP_SOURCE_DIR "/configs/pushing.yaml", "--engine", "bowl"}, folder_ / "",
                    "own");
   EXPECT_EQ(own.Wait(), 2);

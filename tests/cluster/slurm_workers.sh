@@ -16,6 +16,14 @@ if [[ $(cat /proc/self/setgroups 2>/dev/null) == deny ]]; then
   echo "SKIPPED: this user namespace forbids supplementary groups, without which Slurm does not start; run as root"
   exit 77
 fi
+if ! getent ahosts "$(hostname -s)" >/dev/null; then
+  echo "SKIPPED: this machine's name, $(hostname -s), has no address (see /etc/hosts), without which Slurm does not start"
+  exit 77
+fi
+if ! mountpoint -q /sys/fs/cgroup; then
+  echo "SKIPPED: no cgroups at /sys/fs/cgroup, without which Slurm does not start"
+  exit 77
+fi
 # Slurm resolves addresses only where one beyond the loopback's exists, so it gets a network of its own if it may.
 if [[ ${KNAP_SLURM_INSIDE-} != yes ]]; then
   unshare=(unshare --net --mount --pid --fork --kill-child --mount-proc)

@@ -98,12 +98,18 @@ TEST_F(WatchTest, StatusShowsARunWhileItLearnsAndItsEnd) {
   EXPECT_THAT(stranger.err, HasSubstr("another key"));
 
   // On a terminal the table is drawn again and again, until Ctrl-C.
-  ChildProcess live("/usr/bin/script", {"-qec", "exec timeout -s INT 2 " KNAP_PROGRAM " status run", "/dev/null"},
-                    folder_ / "", "live");
+  ChildProcess live("/usr/bin/script", {"-qefc", "exec '" KNAP_PROGRAM "' status run", "/dev/null"}, folder_ / "",
+                    "live");
+  const auto count_escapes = [&] {
+    const std::string drawn = live.ReadOut();
+    return std::count(drawn.begin(), drawn.end(), '\x1b');
+  };
+  EXPECT_TRUE(WaitFor([&] { return count_escapes() >= 4; })) << live.ReadOut();
+  EXPECT_THAT(live.ReadOut(), HasSubstr("local-1"));
+  EXPECT_FALSE(live.HasEnded());
+  ASSERT_EQ(live.ListChildren().size(), 1u);
+  kill(live.ListChildren().front(), SIGINT);
   live.Wait();
-  const std::string drawn = live.ReadOut();
-  EXPECT_THAT(drawn, AllOf(HasSubstr("local-1"), HasSubstr("\x1b[")));
-  EXPECT_GE(std::count(drawn.begin(), drawn.end(), '\x1b'), 4);
 
   knap.Signal(SIGINT);
   EXPECT_EQ(knap.Wait(), 130);

@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "coordinator/run_directory/crc32c.h"
+#include "coordinator/run_directory/durable_file.h"
 #include "tests/coordinator/temporary_folder.h"
 
 namespace knap {
@@ -17,7 +18,7 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr const char* kHash = "0123456789abcdef0123456789abcdef";
+const RunIdentity kIdentity = {{"configuration", "0123456789abcdef0123456789abcdef"}, {"build", "17"}};
 
 // Payloads with every awkward byte: zeros, line ends, an empty one, one that looks like the start of a record.
 const std::vector<std::string> kPayloads = {
@@ -36,7 +37,7 @@ void WriteBytes(const std::filesystem::path& path, const std::string& bytes) {
 // The journal of all payloads, and where each record ends (the header's end first).
 std::string MakeJournalBytes(const std::filesystem::path& path, std::vector<std::size_t>* ends = nullptr) {
   {
-    Journal journal = Journal::Create(path, kHash);
+    Journal journal = Journal::Create(path, kIdentity);
     if (ends != nullptr) ends->push_back(std::filesystem::file_size(path));
     for (const std::string& payload : kPayloads) {
       journal.Append(payload);
@@ -46,9 +47,9 @@ std::string MakeJournalBytes(const std::filesystem::path& path, std::vector<std:
   return ReadFile(path);
 }
 
-std::string GetError(const std::filesystem::path& path, const char* hash = kHash) {
+std::string GetError(const std::filesystem::path& path, const RunIdentity& identity = kIdentity) {
   try {
-    Journal::Open(path, hash);
+    Journal::Open(path, identity);
   } catch (const std::runtime_error& error) {
     return error.what();
   }
@@ -70,7 +71,7 @@ TEST(JournalTest, GivesBackWhatWasAppended) {
   const TemporaryFolder folder;
   MakeJournalBytes(folder / "journal");
   for (int round = 0; round < 3; ++round) {
-    Journal::Opened opened = Journal::Open(folder / "journal", kHash);
+    Journal::Opened opened = Journal::Open(folder / "journal", kIdentity);
     std::vector<std::string> expected = kPayloads;
     for (int i = 0; i < round; ++i) expected.push_back("more " + std::to_string(i));
     EXPECT_EQ(opened.payloads, expected);
@@ -91,13 +92,14 @@ TEST(JournalTest, TornAtEveryByteKeepsTheWholeRecordsAndGoesOn) {
     while (whole < kPayloads.size() && ends[whole + 1] <= size) ++whole;
     std::vector<std::string> expected(kPayloads.begin(), kPayloads.begin() + static_cast<std::ptrdiff_t>(whole));
     {
-      Journal::Opened opened = Journal::Open(path, kHash);
+      Journal::Opened opened = Journal::Open(path, kIdentity);
       ASSERT_EQ(opened.payloads, expected);
       ASSERT_EQ(opened.torn_bytes, size - ends[whole]);
+      ASSERT_EQ(Journal::Read(path), expected);  // also while it is in use
       opened.journal.Append("after the crash");
     }
     expected.push_back("after the crash");
-    const Journal::Opened again = Journal::Open(path, kHash);
+    const Journal::Opened again = Journal::Open(path, kIdentity);
     ASSERT_EQ(again.payloads, expected);
     ASSERT_EQ(again.torn_bytes, 0u);
   }
@@ -120,7 +122,7 @@ TEST(JournalTest, ATailOfZerosIsTorn) {
   const std::string bytes = MakeJournalBytes(folder / "journal");
   for (const std::size_t zeros : {1u, 16u, 4096u}) {
     WriteBytes(folder / "journal", bytes + std::string(zeros, '\0'));
-    const Journal::Opened opened = Journal::Open(folder / "journal", kHash);
+    const Journal::Opened opened = Journal::Open(folder / "journal", kIdentity);
     EXPECT_EQ(opened.payloads, kPayloads);
     EXPECT_EQ(opened.torn_bytes, zeros);
   }
@@ -139,7 +141,7 @@ TEST(JournalTest, FlippedAtEveryByteIsNoticed) {
       flipped[at] = static_cast<char>(flipped[at] ^ mask);
       WriteBytes(folder / "flipped", flipped);
       if (at >= ends[ends.size() - 2]) {
-        ASSERT_EQ(Journal::Open(folder / "flipped", kHash).payloads, all_but_last);
+        ASSERT_EQ(Journal::Open(folder / "flipped", kIdentity).payloads, all_but_last);
       } else {
         const std::string error = GetError(folder / "flipped");
         ASSERT_THAT(error, HasSubstr(at < ends[0] ? "not a knap journal" : "corrupted: record "));
@@ -161,13 +163,21 @@ TEST(JournalTest, RecordsLostOrSwappedInTheMiddleAreNoticed) {
   EXPECT_THAT(GetError(folder / "swapped"), HasSubstr("corrupted: record 1"));
 }
 
-TEST(JournalTest, BelongsToOneConfigurationAndOneProcess) {
+TEST(JournalTest, BelongsToOneIdentityAndOneProcess) {
   const TemporaryFolder folder;
   MakeJournalBytes(folder / "journal");
-  EXPECT_THAT(GetError(folder / "journal", "another hash"), HasSubstr("another configuration"));
-  const Journal::Opened holder = Journal::Open(folder / "journal", kHash);
+  RunIdentity other = kIdentity;
+  other[0].second = "another hash";
+  EXPECT_THAT(GetError(folder / "journal", other), HasSubstr("another configuration"));
+  other = kIdentity;
+  other[1].second = "1";
+  EXPECT_THAT(GetError(folder / "journal", other), HasSubstr("another build"));
+  other = kIdentity;
+  other.pop_back();
+  EXPECT_THAT(GetError(folder / "journal", other), HasSubstr("another identity"));
+  const Journal::Opened holder = Journal::Open(folder / "journal", kIdentity);
   EXPECT_THAT(GetError(folder / "journal"), HasSubstr("another process"));
-  EXPECT_THROW(Journal::Create(folder / "journal", kHash), std::runtime_error);
+  EXPECT_THROW(Journal::Create(folder / "journal", kIdentity), std::runtime_error);
 }
 
 TEST(JournalTest, OtherFilesAreRefusedUntouched) {
@@ -175,7 +185,7 @@ TEST(JournalTest, OtherFilesAreRefusedUntouched) {
   WriteBytes(folder / "notes", "my only copy of something long enough to hold a record's prefix");
   EXPECT_THAT(GetError(folder / "notes"), HasSubstr("not a knap journal"));
   EXPECT_THAT(ReadFile(folder / "notes"), HasSubstr("my only copy"));
-  EXPECT_THROW(Journal::Open(folder / "absent", kHash), std::system_error);
+  EXPECT_THROW(Journal::Open(folder / "absent", kIdentity), std::system_error);
 }
 
 // A file size limit stands in for a full disk: the write fails in the middle of a record.
@@ -187,7 +197,7 @@ TEST(JournalTest, AFailedWriteStopsTheJournalAndLeavesATornTail) {
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
   const auto handler = std::signal(SIGXFSZ, SIG_IGN);
   {
-    Journal::Opened opened = Journal::Open(folder / "journal", kHash);
+    Journal::Opened opened = Journal::Open(folder / "journal", kIdentity);
     const rlimit limit{ends.back() + 20, before.rlim_max};
     ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &limit), 0);
     EXPECT_THROW(opened.journal.Append(std::string(100, 'y')), std::system_error);
@@ -195,7 +205,7 @@ TEST(JournalTest, AFailedWriteStopsTheJournalAndLeavesATornTail) {
     EXPECT_THROW(opened.journal.Append("z"), std::runtime_error);  // it would hide the damage
   }
   std::signal(SIGXFSZ, handler);
-  const Journal::Opened opened = Journal::Open(folder / "journal", kHash);
+  const Journal::Opened opened = Journal::Open(folder / "journal", kIdentity);
   EXPECT_EQ(opened.payloads, kPayloads);
   EXPECT_EQ(opened.torn_bytes, 20u);
 }

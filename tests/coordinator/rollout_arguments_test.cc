@@ -5,7 +5,11 @@
 #include <gtest/gtest.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <functional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/validate_command.h"
@@ -88,11 +92,13 @@ TEST(QuoteForShell, KeepsAWordAWord) {
 }
 
 // What `knap validate …` throws or prints.
-std::string Validate(const std::string& arguments) {
+std::string Validate(std::vector<std::string> arguments) {
   CLI::App app;
   std::function<int()> command;
   AddValidateCommand(&app, &command);
-  app.parse("validate " + arguments);
+  std::reverse(arguments.begin(), arguments.end());  // as CLI11 wants them
+  arguments.push_back("validate");
+  app.parse(std::move(arguments));
   testing::internal::CaptureStdout();
   const std::string error = FindUsageError([&] { EXPECT_EQ(command(), kExitDone); });
   const std::string output = testing::internal::GetCapturedStdout();
@@ -103,19 +109,20 @@ std::string Validate(const std::string& arguments) {
 const std::string kPushing = KNAP_CONFIGS "/pushing.yaml";
 
 TEST(ValidateCommand, SumsUpWhatIsRight) {
-  EXPECT_EQ(Validate(kPushing + " 'rollout.horizon=100 ms'"),
+  EXPECT_EQ(Validate({kPushing, "rollout.horizon=100 ms"}),
             kPushing + ": valid: 3 bodies, 2 contacts, 7 design parameters, 2 varied keys, 25 steps of 0.004 s\n");
-  EXPECT_THAT(Validate("--describe"), HasSubstr("# Scenario files\n"));
+  EXPECT_THAT(Validate({"--describe"}), HasSubstr("# Scenario files\n"));
 }
 
 TEST(ValidateCommand, TellsAllErrorsOfFormatModelAndOptimizer) {
-  const std::string errors = Validate(kPushing + " rollout.step=3x design.bodies.pusher.vertex_groups.left_tip.vertices=[0,77]");
+  const std::string errors =
+      Validate({kPushing, "rollout.step=3x", "design.bodies.pusher.vertex_groups.left_tip.vertices=[0,77]"});
   EXPECT_THAT(errors, HasSubstr("rollout.step: value '3x': expected a time"));
   EXPECT_THAT(errors, HasSubstr("vertices[1]: value '77': the cage has 24 vertices, 0 to 23"));
-  EXPECT_THAT(Validate(kPushing + " learning.optimizer=FOO"),
+  EXPECT_THAT(Validate({kPushing, "learning.optimizer=FOO"}),
               testing::AllOf(testing::StartsWith(kPushing + ": "), HasSubstr("FOO")));
-  EXPECT_EQ(Validate("none.yaml"), "none.yaml:1:1: cannot be read: No such file or directory");
-  EXPECT_THROW(Validate(""), CLI::ParseError);
+  EXPECT_EQ(Validate({"none.yaml"}), "none.yaml:1:1: cannot be read: No such file or directory");
+  EXPECT_THROW(Validate({}), CLI::ParseError);
 }
 
 }  // namespace

@@ -1,8 +1,11 @@
 // A dispatcher and any number of workers in simulated time, and what their answers must be.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -23,7 +26,7 @@ class SimulatedCluster {
   static DispatchOptions MakeOptions() {
     DispatchOptions options;
     options.run_id = 77;
-    options.engine = "closed-form";
+    options.engine = ClosedFormEngine().identity();
     return options;
   }
 
@@ -91,5 +94,19 @@ class SimulatedCluster {
   std::unique_ptr<SimulatedTransport> transport;
   std::unique_ptr<Dispatcher> dispatcher;
 };
+
+// Evaluates, and expects each answer with the bits of one computed without any cluster.
+inline void ExpectRight(SimulatedCluster* cluster, const std::vector<RolloutQuery>& queries) {
+  const std::vector<EngineAnswer> expected = cluster->CalcExpected(queries);
+  const std::vector<RolloutOutcome> outcomes = cluster->dispatcher->Evaluate(queries);
+  ASSERT_EQ(outcomes.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_EQ(outcomes[i].loss, expected[i].loss) << i;
+    EXPECT_EQ(outcomes[i].gradient, expected[i].gradient) << i;
+    EXPECT_EQ(outcomes[i].success, expected[i].success) << i;
+    EXPECT_EQ(outcomes[i].certificate.finite, true) << i;
+    EXPECT_EQ(outcomes[i].certificate.worst_residual, expected[i].worst_residual) << i;
+  }
+}
 
 }  // namespace knap

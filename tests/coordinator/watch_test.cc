@@ -102,16 +102,18 @@ class RunRecordingTest : public ::testing::Test {
       rollout_request_t request{};
       request.run_id = request.sender = 5;
       request.receiver = 1;
-      request.gradient = 1;
-      request.theta_size = 100;  // in two parts
-      request.variation_size = 1;
+      assignment_t assignment{};
+      assignment.gradient = 1;
+      assignment.theta_size = 100;  // in two parts
+      assignment.variation_size = 1;
       std::vector<double> values(101, 0.5 * i);
       const ContentId id =
           CalcRequestId({"knap", ContentId{}, std::span(values).first(100), {}, std::span(values).subspan(100), true});
-      CopyId(id, request.id);
+      CopyId(id, assignment.id);
       ForEachPart(values, [&](std::int32_t first, std::span<const double> part) {
-        request.first_value = first;
-        request.values.assign(part.begin(), part.end());
+        assignment.first_value = first;
+        assignment.values.assign(part.begin(), part.end());
+        request.assignments = {assignment};
         events_.push_back(MakeMessage("KNAP_REQUEST_alice", request, 0, key_));
       });
       rollout_result_t result{};
@@ -179,7 +181,7 @@ TEST_F(RunRecordingTest, DamagedAndMissingMessagesAreNamed) {
 TEST_F(RunRecordingTest, RequestsThatAreNotWhatTheirIdSaysAreNamed) {
   auto request = Open<rollout_request_t>(events_[2].bytes.data(), events_[2].bytes.size(), key_, nullptr);
   ASSERT_TRUE(request.has_value());
-  request->values.back() += 1.0;
+  request->assignments.at(0).values.back() += 1.0;
   events_[2].bytes = Seal(*request, key_);
   EXPECT_THAT(Verify(), AllOf(HasSubstr("event 2"), HasSubstr("asks what would be request")));
 }

@@ -40,8 +40,11 @@ std::vector<std::string> MakeSeeds() {
   using namespace knap;
   std::vector<std::string> seeds;
   rollout_request_t request{};
-  request.theta_size = 3;
-  request.values = {1.0, 2.0, 3.0};
+  request.assignments.resize(2);
+  for (assignment_t& assignment : request.assignments) {
+    assignment.theta_size = 3;
+    assignment.values = {1.0, 2.0, 3.0};
+  }
   request.acknowledged.assign(64, 7);
   AddSeeds(0, request, &seeds);
   rollout_result_t result{};
@@ -52,7 +55,7 @@ std::vector<std::string> MakeSeeds() {
   AddSeeds(1, result, &seeds);
   worker_status_t status{};
   status.queue.assign(96, 3);
-  status.name = status.engine = status.host = "name";
+  status.name = status.engine = status.build = status.host = "name";
   AddSeeds(2, status, &seeds);
   run_status_t run{};
   run.theta = {1.0, 2.0};

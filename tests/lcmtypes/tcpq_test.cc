@@ -274,12 +274,15 @@ TEST(TcpqRelayTest, ClientThatDoesNotReadHoldsUpNobody) {
       sender.Publish("LAST", MakeBytes("paced"));  // at the relay's speed
     }
   }
-  while (receiver.Receive(50'000)) {
+  // On a slow machine the sender's own buffer may be full for a while.
+  bool ended = false;
+  for (int i = 0; i < 200 && !ended; ++i) {
+    sender.Publish("LAST", MakeBytes("end"));
+    for (auto message = receiver.Receive(50'000); message && !ended; message = receiver.Receive(0)) {
+      ended = message->bytes == MakeBytes("end");
+    }
   }
-  sender.Publish("LAST", MakeBytes("end"));
-  const auto message = receiver.Receive(5 * kSecond);
-  ASSERT_TRUE(message.has_value());
-  EXPECT_EQ(message->bytes, MakeBytes("end"));
+  EXPECT_TRUE(ended);
   relay.Stop();
   EXPECT_GT(relay.counters().dropped, 0);
 }

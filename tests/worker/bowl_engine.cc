@@ -10,14 +10,16 @@ class BowlScenario : public EngineScenario {
   EngineAnswer Run(const EngineRequest& request,
                    const std::function<void(std::int64_t, std::int64_t)>& progress) override {
     EngineAnswer answer;
-    const bool task = request.theta_reference.empty();
+    const bool task = request.reference.empty();
     const std::vector<double>& v = request.variation;
-    for (std::size_t i = 0; i < request.theta.size(); ++i) {
+    std::vector<double> decided = request.theta;
+    decided.insert(decided.end(), request.controls.begin(), request.controls.end());
+    for (std::size_t i = 0; i < decided.size(); ++i) {
       const double index = static_cast<double>(i);
       const double weight = task ? 1.0 + 0.5 * index : 1.0;
-      double target = task ? 0.01 + 0.005 * index : request.theta_reference.at(i);
+      double target = task ? 0.01 + 0.005 * index : request.reference.at(i);
       if (task && !v.empty()) target = target + 0.1 * v[i % v.size()];
-      const double error = request.theta[i] - target;
+      const double error = decided[i] - target;
       answer.loss = answer.loss + 0.5 * weight * error * error;
       if (request.gradient) answer.gradient.push_back(weight * error);
     }

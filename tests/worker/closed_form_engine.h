@@ -11,6 +11,7 @@
 // A first variation value equal to crash_at aborts the process, to hang_at never ends, to fail_at is an error.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 
@@ -20,7 +21,7 @@ namespace knap {
 
 class ClosedFormEngine : public Engine {
  public:
-  std::string name() const override { return "closed-form"; }
+  EngineIdentity identity() const override { return {"closed-form", "1", CalcFingerprint(std::array{0.5})}; }
   std::unique_ptr<EngineScenario> Load(const ScenarioFiles& files) override;
 };
 

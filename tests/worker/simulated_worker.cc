@@ -35,13 +35,18 @@ SimulatedWorker::SimulatedWorker(SimulatedNetwork* network, Engine* engine, cons
       transport_(network->Connect(WorkerReactor::ListChannels(name), [this] { Step(); })),
       executor_(engine, network, std::move(draw_duration_us)) {
   reactor_ = std::make_unique<WorkerReactor>(
-      WorkerIdentity{name, instance, engine->name(), "simulated", static_cast<std::int32_t>(instance % 100000)}, key,
-      transport_.get(), network, &executor_);
+      WorkerIdentity{name, instance, engine->identity(), "simulated", static_cast<std::int32_t>(instance % 100000)},
+      key, transport_.get(), network, &executor_);
+  Step();
+}
+
+void SimulatedWorker::Thaw() {
+  frozen_ = false;
   Step();
 }
 
 void SimulatedWorker::Step() {
-  if (reactor_->stopped()) return;
+  if (frozen_ || reactor_->stopped()) return;
   for (std::optional<Message> message = transport_->Receive(0); message; message = transport_->Receive(0)) {
     reactor_->Handle(*message);
   }

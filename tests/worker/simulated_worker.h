@@ -49,9 +49,14 @@ class SimulatedWorker {
 
   const WorkerReactor& reactor() const { return *reactor_; }
 
+  // As SIGSTOP and SIGCONT: messages wait, and nothing is said. Its computation ends when it would have ended.
+  void Freeze() { frozen_ = true; }
+  void Thaw();
+
  private:
   void Step();
 
+  bool frozen_ = false;
   SimulatedNetwork* network_;
   std::shared_ptr<int> life_ = std::make_shared<int>(0);  // events of the dead do nothing
   std::int64_t wake_us_ = -1;                             // the latest wake-up asked for

@@ -70,15 +70,20 @@ class WorkerReactorTest : public ::testing::Test {
     }
   }
 
+  assignment_t MakeAssignment(double theta) const {
+    assignment_t assignment{};
+    assignment.attempt = 1;
+    assignment.gradient = 1;
+    assignment.theta_size = 4;
+    assignment.variation_size = 1;
+    assignment.values = {theta, 1.0, 2.0, 3.0, 0.5};
+    CopyId(CalcId(theta), assignment.id);
+    return assignment;
+  }
   rollout_request_t MakeRequest(double theta) {
     rollout_request_t request{};
     request.receiver = kInstance;
-    request.attempt = 1;
-    request.gradient = 1;
-    request.theta_size = 4;
-    request.variation_size = 1;
-    request.values = {theta, 1.0, 2.0, 3.0, 0.5};
-    CopyId(CalcId(theta), request.id);
+    request.assignments.push_back(MakeAssignment(theta));
     CopyId(scenario_, request.scenario);
     return request;
   }
@@ -117,7 +122,9 @@ TEST_F(WorkerReactorTest, AnnouncesItselfAtFourHertz) {
   EXPECT_EQ(statuses_[0].run_id, 0);
   EXPECT_EQ(statuses_[0].sender, kInstance);
   EXPECT_EQ(statuses_[0].name, "w");
-  EXPECT_EQ(statuses_[0].engine, "closed-form");
+  EXPECT_EQ(statuses_[0].engine, engine_.identity().name);
+  EXPECT_EQ(statuses_[0].build, engine_.identity().build);
+  EXPECT_EQ(MakeId(statuses_[0].fingerprint), engine_.identity().fingerprint);
   EXPECT_EQ(statuses_[0].protocol, kProtocolVersion);
   Advance(2'000'000);
   EXPECT_EQ(statuses_.size(), 9u);
@@ -175,6 +182,18 @@ TEST_F(WorkerReactorTest, AcknowledgementMayRideOnARequest) {
   const int before = CountResults(1.0);
   Advance(1'000'000);
   EXPECT_EQ(CountResults(1.0), before);
+}
+
+TEST_F(WorkerReactorTest, OneMessageMayBringManyRequests) {
+  Join();
+  rollout_request_t request = MakeRequest(1.0);
+  request.assignments.push_back(MakeAssignment(2.0));
+  request.assignments.push_back(MakeAssignment(1.0));  // again
+  request.assignments.push_back(MakeAssignment(3.0));
+  SendRequest(request);
+  Advance(3 * kJobUs + 1000);
+  for (const double theta : {1.0, 2.0, 3.0}) EXPECT_GE(CountResults(theta), 1) << theta;
+  EXPECT_EQ(statuses_.back().repeated, 0);
 }
 
 TEST_F(WorkerReactorTest, RepeatedRequestIsAnsweredFromMemory) {
@@ -242,10 +261,10 @@ TEST_F(WorkerReactorTest, OtherReceiversRunsAndIdsAreRefused) {
   SendRequest(request);
   SendRequest(MakeRequest(1.0), kRun + 1);
   request = MakeRequest(1.0);
-  request.values[0] = 1.5;  // not what the id says
+  request.assignments[0].values[0] = 1.5;  // not what the id says
   SendRequest(request);
   request = MakeRequest(1.0);
-  request.theta_size = 3;
+  request.assignments[0].theta_size = 3;
   SendRequest(request);
   Advance(1'000'000);
   EXPECT_TRUE(results_.empty());

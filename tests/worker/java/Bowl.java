@@ -1,6 +1,9 @@
 package knap.worker;
 
-/** The engine `bowl`: the same closed form, operation by operation, as tests/worker/bowl_engine.h. */
+/**
+ * The engine `bowl`: the same closed form, operation by operation, as tests/worker/bowl_engine.h. Its theta are the
+ * design parameters and then the controls, if any.
+ */
 final class Bowl {
   static final String NAME = "bowl";
   static final int STEPS = 100;

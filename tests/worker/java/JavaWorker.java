@@ -18,6 +18,7 @@ import java.util.Map;
 import java.util.Set;
 import java.util.concurrent.ArrayBlockingQueue;
 import java.util.concurrent.TimeUnit;
+import knap.assignment_t;
 import knap.control_t;
 import knap.rollout_request_t;
 import knap.rollout_result_t;
@@ -130,7 +131,7 @@ public final class JavaWorker {
           if (stepUs > 0) TimeUnit.MICROSECONDS.sleep(stepUs);
           stepsDone = step;
         }
-        answers.put(Bowl.run(job.theta(), job.reference(), job.variation(), job.gradient));
+        answers.put(Bowl.run(job.decided(), job.reference(), job.variation(), job.gradient));
       }
     } catch (InterruptedException e) {
       throw new IllegalStateException(e);
@@ -169,9 +170,7 @@ public final class JavaWorker {
       if (fetch != null) fetch.add(new scenario_t(bytes));
     } else if (message.channel.equals(requestChannel)) {
       if (!accept(bytes, rollout_request_t.LCM_FINGERPRINT)) return;
-      for (int offset = 56; offset < 72; offset += 4) Wire.takeCount(bytes, offset, Wire.MAX_VALUES);
-      Wire.takeCount(bytes, 72, Wire.VALUES_PER_PART);
-      Wire.takeCount(bytes, 76, 8 * 32);
+      Wire.checkRequest(bytes);
       rollout_request_t request = new rollout_request_t(bytes);
       if (request.receiver == instance && request.run_id == runId) handleRequest(request);
     } else if (message.channel.equals(controlChannel)) {
@@ -240,7 +239,12 @@ public final class JavaWorker {
     for (int i = 0; i + 32 <= request.acknowledged.length; i += 32) {
       acknowledge(Wire.hex(Arrays.copyOfRange(request.acknowledged, i, i + 32)));
     }
-    String id = Wire.hex(request.id);
+    for (assignment_t assignment : request.assignments) handleAssignment(request, assignment);
+  }
+
+  private void handleAssignment(rollout_request_t request, assignment_t assignment)
+      throws IOException, GeneralSecurityException {
+    String id = Wire.hex(assignment.id);
     Long tombstone = cancelled.get(id);
     if (tombstone != null && request.sequence < tombstone) return;
     cancelled.remove(id);
@@ -251,21 +255,22 @@ public final class JavaWorker {
       return;
     }
     for (Job job : queue) {
-      if (Arrays.equals(job.id, request.id)) return;
+      if (Arrays.equals(job.id, assignment.id)) return;
     }
     if (queue.size() >= MAX_QUEUE) return;
-    long total = (long) request.theta_size + request.reference_size + request.variation_size;
+    long total = (long) assignment.theta_size + assignment.control_size + assignment.reference_size
+        + assignment.variation_size;
     if (total > Wire.MAX_VALUES) throw new IOException("too many values");
     Job job = partial.get(id);
     if (job == null) {
-      job = new Job(request);
+      job = new Job(request.scenario, assignment);
       partial.put(id, job);
     }
-    job.add(request);
+    job.add(assignment);
     if (!job.isComplete()) return;
     partial.remove(id);
     byte[] expected = Wire.calcRequestId(
-        Bowl.NAME, job.scenario, job.theta(), job.reference(), job.variation(), job.gradient);
+        Bowl.NAME, job.scenario, job.theta(), job.controls(), job.reference(), job.variation(), job.gradient);
     if (!Arrays.equals(expected, job.id)) throw new IOException("the id does not fit the request");
     queue.add(job);
   }
@@ -372,7 +377,7 @@ public final class JavaWorker {
     status.repeated = repeated;
     status.refused = refused;
     status.state = state;
-    status.protocol = 1;
+    status.protocol = 2;
     status.pid = (int) ProcessHandle.current().pid();
     status.unacknowledged = (int) results.values().stream().filter(kept -> !kept.acknowledged).count();
     status.queue_capacity = MAX_QUEUE;
@@ -384,6 +389,7 @@ public final class JavaWorker {
     if (runScenario != null && loaded.contains(Wire.hex(runScenario))) status.scenario = runScenario;
     status.name = name;
     status.engine = Bowl.NAME;
+    status.build = "";  // with no fingerprint: nothing in it may be rounded in two ways
     status.host = host;
     publish("KNAP_WORKER_STATUS", wire.seal(status));
     statusDueAt = System.nanoTime() + STATUS_NS;

@@ -2,7 +2,7 @@ package knap.worker;
 
 import java.util.Arrays;
 import java.util.BitSet;
-import knap.rollout_request_t;
+import knap.assignment_t;
 
 /** One request, put together from its parts. */
 final class Job {
@@ -11,24 +11,26 @@ final class Job {
   final int attempt;
   final boolean gradient;
   private final int thetaSize;
+  private final int controlSize;
   private final int referenceSize;
   private final double[] values;
   private final BitSet have = new BitSet();
 
-  Job(rollout_request_t head) {
+  Job(byte[] scenario, assignment_t head) {
+    this.scenario = scenario;
     id = head.id;
-    scenario = head.scenario;
     attempt = head.attempt;
     gradient = head.gradient != 0;
     thetaSize = head.theta_size;
+    controlSize = head.control_size;
     referenceSize = head.reference_size;
-    values = new double[head.theta_size + head.reference_size + head.variation_size];
+    values = new double[countValues(head)];
   }
 
   /** Adds one part; one that cannot belong here is ignored. */
-  void add(rollout_request_t part) {
+  void add(assignment_t part) {
     int first = part.first_value;
-    if (part.theta_size + part.reference_size + part.variation_size != values.length) return;
+    if (countValues(part) != values.length) return;
     if (first % Wire.VALUES_PER_PART != 0 || first > values.length) return;
     if (part.values.length != Math.min(Wire.VALUES_PER_PART, values.length - first)) return;
     System.arraycopy(part.values, 0, values, first, part.values.length);
@@ -44,11 +46,25 @@ final class Job {
     return Arrays.copyOfRange(values, 0, thetaSize);
   }
 
+  /** Design parameters, then controls. */
+  double[] decided() {
+    return Arrays.copyOfRange(values, 0, thetaSize + controlSize);
+  }
+
+  double[] controls() {
+    return Arrays.copyOfRange(values, thetaSize, thetaSize + controlSize);
+  }
+
   double[] reference() {
-    return Arrays.copyOfRange(values, thetaSize, thetaSize + referenceSize);
+    int begin = thetaSize + controlSize;
+    return Arrays.copyOfRange(values, begin, begin + referenceSize);
   }
 
   double[] variation() {
-    return Arrays.copyOfRange(values, thetaSize + referenceSize, values.length);
+    return Arrays.copyOfRange(values, thetaSize + controlSize + referenceSize, values.length);
+  }
+
+  private static int countValues(assignment_t head) {
+    return head.theta_size + head.control_size + head.reference_size + head.variation_size;
   }
 }

@@ -56,18 +56,29 @@ final class Wire {
     return count;
   }
 
+  /** The counts of a rollout_request_t. */
+  static void checkRequest(byte[] bytes) throws IOException {
+    int assignments = takeCount(bytes, 48, 16);
+    takeCount(bytes, 52, 8 * 32);
+    int offset = 88;
+    for (int i = 0; i < assignments; ++i) {
+      for (int size = 8; size < 28; size += 4) takeCount(bytes, offset + size, MAX_VALUES);
+      offset += 64 + 8 * takeCount(bytes, offset + 28, VALUES_PER_PART);
+    }
+  }
+
   static byte[] sha256(byte[] bytes) throws GeneralSecurityException {
     return MessageDigest.getInstance("SHA-256").digest(bytes);
   }
 
-  static byte[] calcRequestId(String engine, byte[] scenario, double[] theta, double[] reference, double[] variation,
-      boolean gradient) throws GeneralSecurityException {
-    int values = theta.length + reference.length + variation.length;
+  static byte[] calcRequestId(String engine, byte[] scenario, double[] theta, double[] controls, double[] reference,
+      double[] variation, boolean gradient) throws GeneralSecurityException {
+    int values = theta.length + controls.length + reference.length + variation.length;
     ByteBuffer content = ByteBuffer.allocate(256 + 8 * values).order(ByteOrder.LITTLE_ENDIAN);
-    putString(content, "knap-request-1");
+    putString(content, "knap-request-2");
     putString(content, engine);
     content.put(scenario);
-    for (double[] list : new double[][] {theta, reference, variation}) {
+    for (double[] list : new double[][] {theta, controls, reference, variation}) {
       content.putLong(list.length);
       for (double value : list) content.putLong(Double.doubleToRawLongBits(value));
     }
