@@ -37,21 +37,35 @@ function(knap_executable name)
   endif()
 endfunction()
 
+# The limit is there to end what hangs; sanitizers slow numerical code down by five to ten times.
+function(knap_scale_timeout variable seconds)
+  if(KNAP_SANITIZE)
+    math(EXPR seconds "${seconds} * 10")
+  endif()
+  set(${variable} ${seconds} PARENT_SCOPE)
+endfunction()
+
 # knap_test(NAME SOURCES a_test.cc … DEPS … [LABELS …] [TIMEOUT s]): a GoogleTest program, one CTest entry.
 function(knap_test name)
   cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;DEPS;LABELS" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)
   endif()
-  if(KNAP_SANITIZE)
-    # Sanitizers slow numerical code down by five to ten times; the limit is there to end what hangs.
-    math(EXPR ARG_TIMEOUT "${ARG_TIMEOUT} * 10")
-  endif()
+  knap_scale_timeout(limit ${ARG_TIMEOUT})
   if(NOT ARG_LABELS)
     set(ARG_LABELS unit)
   endif()
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} GTest::gmock GTest::gtest_main knap_settings)
   add_test(NAME ${name} COMMAND ${name})
-  set_tests_properties(${name} PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT})
+  set_tests_properties(${name} PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${limit})
+endfunction()
+
+# knap_script_test(NAME COMMAND script arguments… LABELS … TIMEOUT s): a script that starts real processes. It may end
+# with 77: skipped, having said why.
+function(knap_script_test name)
+  cmake_parse_arguments(ARG "" "TIMEOUT" "COMMAND;LABELS" ${ARGN})
+  knap_scale_timeout(limit ${ARG_TIMEOUT})
+  add_test(NAME ${name} COMMAND ${ARG_COMMAND})
+  set_tests_properties(${name} PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${limit} SKIP_RETURN_CODE 77)
 endfunction()
