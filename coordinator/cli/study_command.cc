@@ -121,9 +121,11 @@ Json MakeResultsJson(const StudyOptions& options, const StudyResult& result, con
   }
   json["runs"] = Json::array();
   for (const StudyRun& run : result.runs) {
+    const std::optional<std::int64_t>& budget = run.learning.rollout_budget;
     json["runs"].push_back({{"folder", StudyRecorder::MakeRunName(run.learning)},
                             {"method", GetName(run.learning.method)},
                             {"seed", run.learning.seed},
+                            {"rollout_budget", budget ? Json(*budget) : Json()},
                             {"rollouts", run.learned.rollouts},
                             {"theta", run.learned.theta},
                             {"test", MakeEvaluationJson(run.test)}});
