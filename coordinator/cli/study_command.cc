@@ -48,6 +48,7 @@ StudyOptions MakeStudyOptions(const StudyArguments& arguments, const PreparedSce
   options.test_seed = static_cast<std::uint64_t>(prepared.scenario.parsed.scene.evaluation.seed);
   options.seeds = arguments.seeds;
   for (const std::string& method : arguments.methods) options.methods.push_back(ParseLearningMethod(method));
+  CheckStudyOptions(options);
   return options;
 }
 
@@ -66,37 +67,13 @@ void ReadPlan(const RunDirectory& study, StudyArguments* arguments) {
   }
 }
 
-std::vector<std::string> MakeRunOverrides(const std::vector<std::string>& overrides, LearningMethod method,
-                                          std::uint64_t seed) {
-  std::vector<std::string> all = overrides;
-  all.push_back(fmt::format("learning.method={}", GetName(method)));
-  all.push_back(fmt::format("learning.seed={}", seed));
-  return all;
-}
-
-// Each run's scenario as it would be alone, so that its folder can be evaluated and repeated by itself.
-std::vector<PreparedScenario> PrepareRuns(const fs::path& config, const std::vector<std::string>& overrides,
-                                          const StudyOptions& options) {
-  std::vector<PreparedScenario> runs;
-  for (const LearningMethod method : options.methods) {
-    for (int k = 0; k < options.seeds; ++k) {
-      const std::uint64_t seed = options.learning.seed + static_cast<std::uint64_t>(k);
-      runs.push_back(PrepareScenario(config, MakeRunOverrides(overrides, method, seed)));
-    }
-  }
-  return runs;
-}
-
 RunDirectory MakeStudy(const StudyArguments& arguments, const PreparedScenario& prepared, const StudyOptions& options,
-                       const std::vector<PreparedScenario>& runs, const RunInfo& info) {
+                       const RunInfo& info) {
   RunDirectory study = arguments.out.empty()
                            ? RunDirectory::CreateNamed("studies", info.scenario, info.started)
                            : CreateRun(arguments.out);
   study.WriteRunInfo(info);
   WriteFileAtomically(FindPlan(study), MakeJsonText(MakePlanJson(options), 2) + "\n");
-  for (const PreparedScenario& run : runs) {
-    WriteScenario(run.scenario, CreateRun(study.path() / StudyRecorder::MakeRunName(run.options)));
-  }
   WriteScenario(prepared.scenario, study);
   return study;
 }
@@ -172,18 +149,16 @@ int RunStudyCommand(StudyArguments arguments) {
   if (arguments.first_seed) arguments.overrides.push_back(fmt::format("learning.seed={}", *arguments.first_seed));
   const PreparedScenario prepared = PrepareScenario(config, arguments.overrides);
   const StudyOptions options = MakeStudyOptions(arguments, prepared);
-  const std::vector<PreparedScenario> runs = PrepareRuns(config, arguments.overrides, options);
-
   RunInfo info = MakeRunInfo(prepared.scenario, prepared.config_hash);
   info.method = "study";
   const EngineIdentity engine = FindEngineIdentity(arguments.cluster.engine);
-  if (!study) study = MakeStudy(arguments, prepared, options, runs, info);
+  if (!study) study = MakeStudy(arguments, prepared, options, info);
   Journal::Opened journal = OpenRunJournal(*study, MakeRunIdentity(info, engine));
   ClusterOptions cluster = arguments.cluster;
   cluster.directory = study->path();
   ClusterSession session(cluster, engine, prepared.scenario.files);
   JournaledService service(&session.dispatcher(), &journal.journal, journal.payloads);
-  StudyRecorder recorder(runs, *study, &session, &service, arguments.quiet);
+  StudyRecorder recorder(prepared, options, *study, &session, &service, arguments.quiet);
   StudyResult result;
   try {
     result = RunStudy(prepared.problem, options, service, recorder);

@@ -4,22 +4,35 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <iostream>
 #include <utility>
 
+#include "coordinator/cli/loaded_run.h"
 #include "coordinator/run_directory/durable_file.h"
 #include "knap/run_status_t.hpp"
 #include "sim/geometry/mesh_io.h"
 
 namespace knap {
+namespace {
 
-StudyRecorder::StudyRecorder(const std::vector<PreparedScenario>& runs, const RunDirectory& study,
+namespace fs = std::filesystem;
+
+std::vector<std::string> MakeOverrides(const LearningOptions& options) {
+  return {fmt::format("learning.method={}", GetName(options.method)), fmt::format("learning.seed={}", options.seed),
+          fmt::format("learning.rollout_budget={}", options.rollout_budget.value_or(0))};
+}
+
+}  // namespace
+
+StudyRecorder::StudyRecorder(const PreparedScenario& prepared, const StudyOptions& options, const RunDirectory& study,
                              ClusterSession* session, const JournaledService* service, bool quiet)
-    : runs_(runs), study_(study), session_(session), service_(service), started_us_(clock_.now_us()) {
-  for (const PreparedScenario& run : runs_) {
-    const std::filesystem::path folder = study_.path() / MakeRunName(run.options);
-    std::filesystem::create_directories(folder / "tool");
-    followers_.emplace_back(folder / "metrics.csv", run.problem.parameters.names, this);
+    : prepared_(prepared), study_(study), session_(session), service_(service), started_us_(clock_.now_us()) {
+  for (const LearningOptions& run : PlanRuns(options)) {
+    const fs::path path = study_.path() / MakeRunName(run);
+    fs::remove_all(path);
+    const RunDirectory& folder = folders_.emplace_back(RunDirectory::Create(path));
+    followers_.emplace_back(folder.metrics_path(), prepared_.problem.parameters.names, this);
   }
   if (!quiet) reporter_.emplace(std::cerr, DetectTerminal(STDERR_FILENO));
   session_->set_on_pump([this] { Pump(); });
@@ -50,22 +63,24 @@ void StudyRecorder::OnInitial(const TestSummary& initial) {
 }
 
 void StudyRecorder::OnRunEnd(std::size_t run, const StudyRun& result) {
-  const PreparedScenario& prepared = runs_[run];
-  const RunDirectory folder = RunDirectory::Open(study_.path() / MakeRunName(prepared.options));
+  const RunDirectory& folder = folders_[run];
+  // The run as it would be alone, so that its folder can be evaluated and repeated by itself.
+  WriteScenario(LoadValidScenario(study_.config_path(), MakeOverrides(result.learning)), folder);
   ResultDocument document;
-  document.scenario = prepared.scenario.parsed.scene.name;
+  document.scenario = prepared_.scenario.parsed.scene.name;
   document.method = GetName(result.learning.method);
   document.seed = result.learning.seed;
-  document.parameters = prepared.problem.parameters;
+  document.parameters = prepared_.problem.parameters;
   document.learned = result.learned.theta;
   document.test_initial = *initial_;
   document.test_learned = result.test;
   document.rollouts_total = result.rollouts_total;
   document.rollouts_distinct = result.rollouts_distinct;
   document.wall_s = elapsed_s();
-  const CageDesign& design = *prepared.model->design();
+  const CageDesign& design = *prepared_.model->design();
   const Eigen::Map<const Eigen::VectorXd> theta(document.learned.data(),
                                                 static_cast<Eigen::Index>(document.learned.size()));
+  fs::create_directories(folder.tool_path());
   WriteFileAtomically(folder.tool_path() / "learned.stl", WriteStl(design.CalcMesh(theta)));
   folder.WriteResult(document);
 
@@ -91,11 +106,11 @@ void StudyRecorder::Pump() {
 
 void StudyRecorder::ShowProgress() {
   ProgressState state;
-  state.title = fmt::format("{} study", runs_.front().scenario.parsed.scene.name);
+  state.title = fmt::format("{} study", prepared_.scenario.parsed.scene.name);
   state.phase = ProgressPhase::kStudying;
   state.elapsed_s = elapsed_s();
-  for (const Follower& follower : followers_) state.study_part += follower.done / static_cast<double>(runs_.size());
-  state.runs = static_cast<int>(runs_.size());
+  for (const Follower& follower : followers_) state.study_part += follower.done / static_cast<double>(followers_.size());
+  state.runs = static_cast<int>(followers_.size());
   {
     const std::lock_guard lock(mutex_);
     state.runs_done = ended_;
@@ -114,7 +129,7 @@ void StudyRecorder::ShowProgress() {
   progress.eta_s = CalcTimeLeft(state).value_or(-1.0);
   progress.batch = state.runs_done;
   progress.batch_count = state.runs;
-  progress.scenario = runs_.front().scenario.parsed.scene.name;
+  progress.scenario = prepared_.scenario.parsed.scene.name;
   progress.method = "study";
   session_->dispatcher().SetProgress(progress);
 }

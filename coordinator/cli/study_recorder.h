@@ -24,10 +24,11 @@ namespace knap {
 
 class StudyRecorder : public StudyObserver {
  public:
-  // `runs`: one prepared scenario a run, each with its own method and seed. `study` is the folder of all. Takes the
-  // session's pump hook; everything must outlive it. Quiet: nothing on stderr.
-  StudyRecorder(const std::vector<PreparedScenario>& runs, const RunDirectory& study, ClusterSession* session,
-                const JournaledService* service, bool quiet);
+  // `study` is the folder of all runs; what an earlier life left in the folders of single runs is written anew, as a
+  // resumed study goes through all of it again. Takes the session's pump hook; everything must outlive the recorder. Quiet:
+  // nothing on stderr.
+  StudyRecorder(const PreparedScenario& prepared, const StudyOptions& options, const RunDirectory& study,
+                ClusterSession* session, const JournaledService* service, bool quiet);
   ~StudyRecorder() override;
 
   // "ours-3": the folder of the run within the study's.
@@ -65,12 +66,13 @@ class StudyRecorder : public StudyObserver {
   void Pump();
   void ShowProgress();
 
-  const std::vector<PreparedScenario>& runs_;
+  const PreparedScenario& prepared_;
   const RunDirectory& study_;
   ClusterSession* session_;
   const JournaledService* service_;
   SteadyClock clock_;
   const std::int64_t started_us_;
+  std::vector<RunDirectory> folders_;  // of the runs
   std::deque<Follower> followers_;
   std::optional<ProgressReporter> reporter_;
   std::mutex mutex_;  // guards the rest

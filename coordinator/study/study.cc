@@ -41,38 +41,12 @@ class CountedService : public RolloutService {
   std::set<std::tuple<std::vector<double>, std::vector<double>, std::vector<double>, bool>> distinct_;
 };
 
-void CheckStudyOptions(const StudyOptions& options) {
-  if (options.methods.empty()) throw std::invalid_argument("study: no method; at least one is needed");
-  for (auto method = options.methods.begin(); method != options.methods.end(); ++method) {
-    if (std::find(method + 1, options.methods.end(), *method) != options.methods.end()) {
-      throw std::invalid_argument(std::string("study: method ") + GetName(*method) + " is given twice");
-    }
-  }
-  if (options.seeds < 1) {
-    throw std::invalid_argument("study: seeds is " + std::to_string(options.seeds) + "; 1 or more are allowed");
-  }
-  if (options.tests < 1) {
-    throw std::invalid_argument("study: tests is " + std::to_string(options.tests) + "; 1 or more are allowed");
-  }
-}
-
-std::vector<StudyRun> PlanRuns(const StudyOptions& options) {
-  std::vector<StudyRun> runs;
-  for (const LearningMethod method : options.methods) {
-    for (int k = 0; k < options.seeds; ++k) {
-      StudyRun& run = runs.emplace_back();
-      run.learning = options.learning;
-      run.learning.method = method;
-      run.learning.seed = options.learning.seed + static_cast<std::uint64_t>(k);
-    }
-  }
-  return runs;
-}
-
 class Study {
  public:
   Study(const Problem& problem, const StudyOptions& options, RolloutService* service, StudyObserver* observer)
-      : problem_(problem), options_(options), service_(service), observer_(observer), result_{{}, PlanRuns(options)} {}
+      : problem_(problem), options_(options), service_(service), observer_(observer) {
+    for (const LearningOptions& learning : PlanRuns(options)) result_.runs.emplace_back().learning = learning;
+  }
 
   StudyResult Run() {
     result_.initial = EvaluateDesign(problem_.variations, problem_.parameters.initial, options_.tests,
@@ -142,6 +116,33 @@ class Study {
 };
 
 }  // namespace
+
+void CheckStudyOptions(const StudyOptions& options) {
+  if (options.methods.empty()) throw std::invalid_argument("study: no method; at least one is needed");
+  for (auto method = options.methods.begin(); method != options.methods.end(); ++method) {
+    if (std::find(method + 1, options.methods.end(), *method) != options.methods.end()) {
+      throw std::invalid_argument(std::string("study: method ") + GetName(*method) + " is given twice");
+    }
+  }
+  if (options.seeds < 1) {
+    throw std::invalid_argument("study: seeds is " + std::to_string(options.seeds) + "; 1 or more are allowed");
+  }
+  if (options.tests < 1) {
+    throw std::invalid_argument("study: tests is " + std::to_string(options.tests) + "; 1 or more are allowed");
+  }
+}
+
+std::vector<LearningOptions> PlanRuns(const StudyOptions& options) {
+  std::vector<LearningOptions> runs;
+  for (const LearningMethod method : options.methods) {
+    for (int k = 0; k < options.seeds; ++k) {
+      LearningOptions& run = runs.emplace_back(options.learning);
+      run.method = method;
+      run.seed += static_cast<std::uint64_t>(k);
+    }
+  }
+  return runs;
+}
 
 StudyResult RunStudy(const Problem& problem, const StudyOptions& options, RolloutService& service,
                      StudyObserver& observer) {

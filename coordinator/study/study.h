@@ -28,6 +28,12 @@ struct StudyOptions {
   std::uint64_t test_seed = 1;
 };
 
+// Throws std::invalid_argument naming the option, its value and what is allowed.
+void CheckStudyOptions(const StudyOptions& options);
+
+// What each run learns with, but for the budgets that follow from `ours`: in the order of the methods as given, and of the seeds within one.
+std::vector<LearningOptions> PlanRuns(const StudyOptions& options);
+
 struct StudyRun {
   LearningOptions learning;  // as the run uses them
   LearningResult learned;
@@ -38,7 +44,7 @@ struct StudyRun {
 
 struct StudyResult {
   TestSummary initial;
-  std::vector<StudyRun> runs;  // in the order of the methods as given, and of the seeds within one
+  std::vector<StudyRun> runs;  // in the order of PlanRuns
 };
 
 // Follows a study. Where nothing else is said, called from the thread that belongs to the run.
