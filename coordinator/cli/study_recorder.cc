@@ -9,9 +9,7 @@
 #include <utility>
 
 #include "coordinator/cli/loaded_run.h"
-#include "coordinator/run_directory/durable_file.h"
 #include "knap/run_status_t.hpp"
-#include "sim/geometry/mesh_io.h"
 
 namespace knap {
 namespace {
@@ -77,11 +75,7 @@ void StudyRecorder::OnRunEnd(std::size_t run, const StudyRun& result) {
   document.rollouts_total = result.rollouts_total;
   document.rollouts_distinct = result.rollouts_distinct;
   document.wall_s = elapsed_s();
-  const CageDesign& design = *prepared_.model->design();
-  const Eigen::Map<const Eigen::VectorXd> theta(document.learned.data(),
-                                                static_cast<Eigen::Index>(document.learned.size()));
-  fs::create_directories(folder.tool_path());
-  WriteFileAtomically(folder.tool_path() / "learned.stl", WriteStl(design.CalcMesh(theta)));
+  WriteTool(*prepared_.model->design(), document.learned, folder.tool_path() / "learned.stl");
   folder.WriteResult(document);
 
   followers_[run].done = 1.0;
