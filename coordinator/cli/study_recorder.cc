@@ -118,7 +118,8 @@ void StudyRecorder::ShowProgress() {
   if (reporter_ && !done) reporter_->Update(state);
 
   RunProgress progress;
-  progress.state = done ? run_status_t::kDone : run_status_t::kLearning;
+  progress.state = run_status_t::kLearning;
+  if (done) progress.state = run_status_t::kDone;
   progress.progress = done ? 1.0 : CalcDonePart(state);
   progress.eta_s = CalcTimeLeft(state).value_or(-1.0);
   progress.batch = state.runs_done;

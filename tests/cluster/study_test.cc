@@ -22,7 +22,7 @@ using Json = nlohmann::json;
 
 const std::string kConfig = KNAP_SOURCE_DIR "/configs/pushing.yaml";
 const std::vector<std::string> kSmall = {"rollout.horizon=2 s",  "rollout.step=4 ms",          "learning.variations=4",
-                                         "learning.batch=2",     "learning.max_evaluations=3", "learning.first_step=0.2",
+                                         "learning.batch=2",     "learning.max_evaluations=3",
                                          "evaluation.variations=6"};
 
 class StudyTest : public ::testing::Test {
