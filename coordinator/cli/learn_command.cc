@@ -12,13 +12,12 @@
 #include "coordinator/cli/cluster_flags.h"
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/loaded_run.h"
+#include "coordinator/cli/prepared_scenario.h"
 #include "coordinator/cli/problem_from_scene.h"
 #include "coordinator/cli/run_recorder.h"
 #include "coordinator/learning/evaluation.h"
 #include "coordinator/report/picture.h"
 #include "coordinator/run_directory/durable_file.h"
-#include "lcmtypes/wire/scenario_bundle.h"
-#include "sim/geometry/mesh_io.h"
 #include "sim/rollout/rollout.h"
 
 namespace knap {
@@ -35,47 +34,19 @@ struct LearnArguments {
   bool dry_run = false, json = false, quiet = false;
 };
 
-// Everything a run is made of before it touches disk or network.
-struct Prepared {
-  LoadedScenario scenario;
-  Problem problem;
-  LearningOptions options;
-  std::unique_ptr<RolloutModel> model;
-  std::string config_hash;
-};
-
-Prepared Prepare(const LearnArguments& arguments) {
+PreparedScenario Prepare(const LearnArguments& arguments) {
   std::vector<std::string> overrides = arguments.overrides;
   if (!arguments.method.empty()) overrides.push_back("learning.method=" + arguments.method);
   if (arguments.seed) overrides.push_back(fmt::format("learning.seed={}", *arguments.seed));
-  Prepared prepared;
-  const fs::path config =
-      arguments.resume.empty() ? fs::path(arguments.config) : OpenRunOfThisBuild(arguments.resume).config_path();
-  prepared.scenario = LoadValidScenario(config, overrides);
-  try {
-    prepared.problem = MakeProblem(prepared.scenario.parsed.scene);
-    prepared.options = MakeLearningOptions(prepared.scenario.parsed.scene);
-    prepared.model = std::make_unique<RolloutModel>(prepared.scenario.files);
-  } catch (const std::exception& e) {
-    throw UsageError(fmt::format("{}: {}", config.string(), e.what()));
-  }
-  prepared.config_hash = FormatHex(CalcScenarioId(EncodeBundle(prepared.scenario.files)));
-  return prepared;
+  if (arguments.resume.empty()) return PrepareScenario(arguments.config, overrides);
+  return PrepareScenario(OpenRunOfThisBuild(arguments.resume).config_path(), overrides);
 }
 
-// What a run's bits depend on beside the build of knap itself (OpenRunOfThisBuild).
-RunIdentity MakeRunIdentity(const RunInfo& info, const EngineIdentity& engine) {
-  return {{"configuration", info.config_hash},
-          {"engine", engine.name},
-          {"build of knap-worker", engine.build},
-          {"arithmetic (processor or mathematical library)", FormatHex(engine.fingerprint)}};
-}
-
-int CountTests(const Prepared& prepared) {
+int CountTests(const PreparedScenario& prepared) {
   return static_cast<int>(prepared.scenario.parsed.scene.evaluation.variations);
 }
 
-void PrintPlan(const Prepared& prepared, const ClusterOptions& cluster) {
+void PrintPlan(const PreparedScenario& prepared, const ClusterOptions& cluster) {
   const LearningOptions& options = prepared.options;
   const ParameterSpec& parameters = prepared.problem.parameters;
   fmt::print("scenario    {}\n", prepared.scenario.parsed.scene.name);
@@ -92,30 +63,14 @@ void PrintPlan(const Prepared& prepared, const ClusterOptions& cluster) {
 }
 
 // The run's folder with everything that does not depend on the answers.
-RunDirectory MakeRun(const LearnArguments& arguments, const Prepared& prepared, const RunInfo& info) {
+RunDirectory MakeRun(const LearnArguments& arguments, const PreparedScenario& prepared, const RunInfo& info) {
   if (!arguments.resume.empty()) return OpenRun(arguments.resume);
   RunDirectory run =
       arguments.out.empty() ? RunDirectory::CreateNamed("runs", info.scenario, info.started) : CreateRun(arguments.out);
   run.WriteRunInfo(info);
-  fs::create_directories(run.tool_path());
-  const CageDesign& design = *prepared.model->design();
-  WriteFileAtomically(run.tool_path() / "initial.stl", WriteStl(design.CalcMesh(design.initial_theta())));
+  WriteTool(*prepared.model->design(), prepared.problem.parameters.initial, run.tool_path() / "initial.stl");
   WriteScenario(prepared.scenario, run);
   return run;
-}
-
-Journal::Opened OpenJournal(const RunDirectory& run, const RunIdentity& identity) try {
-  // A run killed before its journal existed has asked nothing yet.
-  if (!fs::exists(run.journal_path())) return {Journal::Create(run.journal_path(), identity), {}, 0};
-  return Journal::Open(run.journal_path(), identity);
-} catch (const std::system_error&) {
-  throw;
-} catch (const std::runtime_error& e) {
-  throw UsageError(e.what());  // not the journal of this run
-}
-
-Eigen::VectorXd MakeVector(const std::vector<double>& values) {
-  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
 std::string FormatRate(const TestSummary& test) {
@@ -135,7 +90,7 @@ void PrintSummary(const ResultDocument& document, const RunDirectory& run, bool 
   fmt::print(stderr, "  figures   {}, metrics.csv and more beside it\n", run.result_path().string());
 }
 
-ResultDocument LearnAndTest(const Prepared& prepared, JournaledService& service, ClusterSession& session,
+ResultDocument LearnAndTest(const PreparedScenario& prepared, JournaledService& service, ClusterSession& session,
                             RunRecorder& recorder) {
   const LearningResult learned = Learn(prepared.problem, prepared.options, service, recorder);
   recorder.BeginTest();
@@ -161,7 +116,7 @@ ResultDocument LearnAndTest(const Prepared& prepared, JournaledService& service,
 }
 
 // Without a picture the run is still whole, so what keeps it from being drawn is an event.
-bool WritePicture(const Prepared& prepared, const ResultDocument& document, const RunDirectory& run,
+bool WritePicture(const PreparedScenario& prepared, const ResultDocument& document, const RunDirectory& run,
                   RunRecorder* recorder) try {
   const std::optional<std::string> svg = DrawTopView(*prepared.model, prepared.problem.variations,
                                                      {document.test_initial, document.learned, document.test_learned});
@@ -181,7 +136,7 @@ int RunLearn(const LearnArguments& arguments) {
       (!arguments.overrides.empty() || !arguments.method.empty() || arguments.seed || !arguments.out.empty())) {
     throw UsageError("knap learn: --resume continues a run as it is: without a.b=c, --method, --seed and --out");
   }
-  const Prepared prepared = Prepare(arguments);
+  const PreparedScenario prepared = Prepare(arguments);
   if (arguments.dry_run) {
     PrintPlan(prepared, arguments.cluster);
     return kExitDone;
@@ -189,7 +144,7 @@ int RunLearn(const LearnArguments& arguments) {
   const RunInfo info = MakeRunInfo(prepared.scenario, prepared.config_hash);
   const EngineIdentity engine = FindEngineIdentity(arguments.cluster.engine);
   const RunDirectory run = MakeRun(arguments, prepared, info);
-  Journal::Opened journal = OpenJournal(run, MakeRunIdentity(info, engine));
+  Journal::Opened journal = OpenRunJournal(run, MakeRunIdentity(info, engine));
   ClusterOptions cluster = arguments.cluster;
   cluster.directory = run.path();
   ClusterSession session(cluster, engine, prepared.scenario.files);
@@ -208,8 +163,7 @@ int RunLearn(const LearnArguments& arguments) {
     recorder.RecordEvent("failed", {{"error", e.what()}});
     throw;
   }
-  const CageDesign& design = *prepared.model->design();
-  WriteFileAtomically(run.tool_path() / "learned.stl", WriteStl(design.CalcMesh(MakeVector(document.learned))));
+  WriteTool(*prepared.model->design(), document.learned, run.tool_path() / "learned.stl");
   const bool has_picture = WritePicture(prepared, document, run, &recorder);
   run.WriteResult(document);
   recorder.RecordEvent("done", {{"wall_s", document.wall_s}});

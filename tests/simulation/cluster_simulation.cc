@@ -1,5 +1,7 @@
 #include "tests/simulation/cluster_simulation.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <functional>
 #include <memory>
