@@ -103,7 +103,8 @@ void StudyRecorder::ShowProgress() {
   state.title = fmt::format("{} study", prepared_.scenario.parsed.scene.name);
   state.phase = ProgressPhase::kStudying;
   state.elapsed_s = elapsed_s();
-  for (const Follower& follower : followers_) state.study_part += follower.done / static_cast<double>(followers_.size());
+  const auto runs = static_cast<double>(followers_.size());
+  for (const Follower& follower : followers_) state.study_part += follower.done / runs;
   state.runs = static_cast<int>(followers_.size());
   {
     const std::lock_guard lock(mutex_);

@@ -25,8 +25,8 @@ namespace knap {
 class StudyRecorder : public StudyObserver {
  public:
   // `study` is the folder of all runs; what an earlier life left in the folders of single runs is written anew, as a
-  // resumed study goes through all of it again. Takes the session's pump hook; everything must outlive the recorder. Quiet:
-  // nothing on stderr.
+  // resumed study goes through all of it again. Takes the session's pump hook; everything must outlive the recorder.
+  // Quiet: nothing on stderr.
   StudyRecorder(const PreparedScenario& prepared, const StudyOptions& options, const RunDirectory& study,
                 ClusterSession* session, const JournaledService* service, bool quiet);
   ~StudyRecorder() override;

@@ -1,5 +1,5 @@
-// Many runs of one scenario, method by method and seed by seed, on one pool of workers: what the methods are worth beside
-// each other [paper §V, Baselines].
+// Many runs of one scenario, method by method and seed by seed, on one pool of workers: what the methods are worth
+// beside each other [paper §V, Baselines].
 //
 // All runs of a phase learn at the same time; the pool gives each of them one evaluation a round (shared_service.h).
 // `ours` comes first when it is among the methods: the rollouts it used with a seed are then the budget of every other
@@ -31,7 +31,8 @@ struct StudyOptions {
 // Throws std::invalid_argument naming the option, its value and what is allowed.
 void CheckStudyOptions(const StudyOptions& options);
 
-// What each run learns with, but for the budgets that follow from `ours`: in the order of the methods as given, and of the seeds within one.
+// What each run learns with, but for the budgets that follow from `ours`: in the order of the methods as given, and of
+// the seeds within one.
 std::vector<LearningOptions> PlanRuns(const StudyOptions& options);
 
 struct StudyRun {
