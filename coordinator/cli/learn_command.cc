@@ -12,13 +12,12 @@
 #include "coordinator/cli/cluster_flags.h"
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/loaded_run.h"
+#include "coordinator/cli/prepared_scenario.h"
 #include "coordinator/cli/problem_from_scene.h"
 #include "coordinator/cli/run_recorder.h"
 #include "coordinator/learning/evaluation.h"
 #include "coordinator/report/picture.h"
 #include "coordinator/run_directory/durable_file.h"
-#include "lcmtypes/wire/scenario_bundle.h"
-#include "sim/geometry/mesh_io.h"
 #include "sim/rollout/rollout.h"
 
 namespace knap {
@@ -35,47 +34,19 @@ struct LearnArguments {
   bool dry_run = false, json = false, quiet = false;
 };
 
-// Everything a run is made of before it touches disk or network.
-struct Prepared {
-  LoadedScenario scenario;
-  Problem problem;
-  LearningOptions options;
-  std::unique_ptr<RolloutModel> model;
-  std::string config_hash;
-};
-
-Prepared Prepare(const LearnArguments& arguments) {
+PreparedScenario Prepare(const LearnArguments& arguments) {
   std::vector<std::string> overrides = arguments.overrides;
   if (!arguments.method.empty()) overrides.push_back("learning.method=" + arguments.method);
   if (arguments.seed) overrides.push_back(fmt::format("learning.seed={}", *arguments.seed));
-  Prepared prepared;
-  const fs::path config =
-      arguments.resume.empty() ? fs::path(arguments.config) : OpenRunOfThisBuild(arguments.resume).config_path();
-  prepared.scenario = LoadValidScenario(config, overrides);
-  try {
-    prepared.problem = MakeProblem(prepared.scenario.parsed.scene);
-    prepared.options = MakeLearningOptions(prepared.scenario.parsed.scene);
-    prepared.model = std::make_unique<RolloutModel>(prepared.scenario.files);
-  } catch (const std::exception& e) {
-    throw UsageError(fmt::format("{}: {}", config.string(), e.what()));
-  }
-  prepared.config_hash = FormatHex(CalcScenarioId(EncodeBundle(prepared.scenario.files)));
-  return prepared;
+  if (arguments.resume.empty()) return PrepareScenario(arguments.config, overrides);
+  return PrepareScenario(OpenRunOfThisBuild(arguments.resume).config_path(), overrides);
 }
 
-// What a run's bits depend on beside the build of knap itself (OpenRunOfThisBuild).
-RunIdentity MakeRunIdentity(const RunInfo& info, const EngineIdentity& engine) {
-  return {{"configuration", info.config_hash},
-          {"engine", engine.name},
-          {"build of knap-worker", engine.build},
-          {"arithmetic (processor or mathematical library)", FormatHex(engine.fingerprint)}};
-}
-
-int CountTests(const Prepared& prepared) {
+int CountTests(const PreparedScenario& prepared) {
   return static_cast<int>(prepared.scenario.parsed.scene.evaluation.variations);
 }
 
-void PrintPlan(const Prepared& prepared, const ClusterOptions& cluster) {
+void PrintPlan(const PreparedScenario& prepared, const ClusterOptions& cluster) {
   const LearningOptions& options = prepared.options;
   const ParameterSpec& parameters = prepared.problem.parameters;
   fmt::print("scenario    {}\n", prepared.scenario.parsed.scene.name);
@@ -92,39 +63,15 @@ void PrintPlan(const Prepared& prepared, const ClusterOptions& cluster) {
   fmt::print("workers     {}\n", cluster.external ? "external" : std::to_string(CalcWorkerCount(cluster)));
 }
 
-// The designed meshes, each in its body's frame: `initial.stl` where there is one, else `initial_BODY.stl`; nothing for
-// a scenario that designs none.
-void WriteTool(const Prepared& prepared, const std::vector<double>& theta, const RunDirectory& run,
-               const std::string& name) {
-  const std::optional<SceneDesign>& design = prepared.model->design();
-  if (!design) return;
-  fs::create_directories(run.tool_path());
-  const Eigen::Map<const Eigen::VectorXd> values(theta.data(), design->num_parameters());
-  for (const std::string& body : design->bodies()) {
-    const std::string file = design->bodies().size() == 1 ? name + ".stl" : name + "_" + body + ".stl";
-    WriteFileAtomically(run.tool_path() / file, WriteStl(design->Find(body)->CalcMesh(values)));
-  }
-}
-
 // The run's folder with everything that does not depend on the answers.
-RunDirectory MakeRun(const LearnArguments& arguments, const Prepared& prepared, const RunInfo& info) {
+RunDirectory MakeRun(const LearnArguments& arguments, const PreparedScenario& prepared, const RunInfo& info) {
   if (!arguments.resume.empty()) return OpenRun(arguments.resume);
   RunDirectory run =
       arguments.out.empty() ? RunDirectory::CreateNamed("runs", info.scenario, info.started) : CreateRun(arguments.out);
   run.WriteRunInfo(info);
-  WriteTool(prepared, prepared.problem.parameters.initial, run, "initial");
+  WriteTools(prepared.model->design(), prepared.problem.parameters.initial, run.tool_path(), "initial");
   WriteScenario(prepared.scenario, run);
   return run;
-}
-
-Journal::Opened OpenJournal(const RunDirectory& run, const RunIdentity& identity) try {
-  // A run killed before its journal existed has asked nothing yet.
-  if (!fs::exists(run.journal_path())) return {Journal::Create(run.journal_path(), identity), {}, 0};
-  return Journal::Open(run.journal_path(), identity);
-} catch (const std::system_error&) {
-  throw;
-} catch (const std::runtime_error& e) {
-  throw UsageError(e.what());  // not the journal of this run
 }
 
 std::string FormatRate(const TestSummary& test) {
@@ -148,7 +95,7 @@ void PrintSummary(const Scene& scene, const ResultDocument& document, const RunD
   fmt::print(stderr, "  figures   {}, metrics.csv and more beside it\n", run.result_path().string());
 }
 
-ResultDocument LearnAndTest(const Prepared& prepared, JournaledService& service, RunRecorder& recorder) {
+ResultDocument LearnAndTest(const PreparedScenario& prepared, JournaledService& service, RunRecorder& recorder) {
   const LearningResult learned = Learn(prepared.problem, prepared.options, service, recorder);
   recorder.BeginTest();
   const Evaluation& evaluation = prepared.scenario.parsed.scene.evaluation;
@@ -173,7 +120,7 @@ ResultDocument LearnAndTest(const Prepared& prepared, JournaledService& service,
 }
 
 // Without a picture the run is still whole, so what keeps it from being drawn is an event.
-bool WritePicture(const Prepared& prepared, const ResultDocument& document, const RunDirectory& run,
+bool WritePicture(const PreparedScenario& prepared, const ResultDocument& document, const RunDirectory& run,
                   RunRecorder* recorder) try {
   const std::optional<std::string> svg = DrawTopView(*prepared.model, prepared.problem.variations,
                                                      {document.test_initial, document.learned, document.test_learned});
@@ -193,7 +140,7 @@ int RunLearn(const LearnArguments& arguments) {
       (!arguments.overrides.empty() || !arguments.method.empty() || arguments.seed || !arguments.out.empty())) {
     throw UsageError("knap learn: --resume continues a run as it is: without a.b=c, --method, --seed and --out");
   }
-  const Prepared prepared = Prepare(arguments);
+  const PreparedScenario prepared = Prepare(arguments);
   if (arguments.dry_run) {
     PrintPlan(prepared, arguments.cluster);
     return kExitDone;
@@ -201,7 +148,7 @@ int RunLearn(const LearnArguments& arguments) {
   const RunInfo info = MakeRunInfo(prepared.scenario, prepared.config_hash);
   const EngineIdentity engine = FindEngineIdentity(arguments.cluster.engine);
   const RunDirectory run = MakeRun(arguments, prepared, info);
-  Journal::Opened journal = OpenJournal(run, MakeRunIdentity(info, engine));
+  Journal::Opened journal = OpenRunJournal(run, MakeRunIdentity(info, engine));
   ClusterOptions cluster = arguments.cluster;
   cluster.directory = run.path();
   ClusterSession session(cluster, engine, prepared.scenario.files, prepared.problem.parameters.controls);
@@ -220,7 +167,7 @@ int RunLearn(const LearnArguments& arguments) {
     recorder.RecordEvent("failed", {{"error", e.what()}});
     throw;
   }
-  WriteTool(prepared, document.learned, run, "learned");
+  WriteTools(prepared.model->design(), document.learned, run.tool_path(), "learned");
   const bool has_picture = WritePicture(prepared, document, run, &recorder);
   run.WriteResult(document);
   recorder.RecordEvent("done", {{"wall_s", document.wall_s}});

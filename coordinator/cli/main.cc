@@ -9,6 +9,7 @@
 #include "coordinator/cli/learn_command.h"
 #include "coordinator/cli/rollout_command.h"
 #include "coordinator/cli/status_command.h"
+#include "coordinator/cli/study_command.h"
 #include "coordinator/cli/validate_command.h"
 #include "coordinator/cli/verify_log_command.h"
 
@@ -18,6 +19,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   std::function<int()> command;
   knap::AddLearnCommand(&app, &command);
+  knap::AddStudyCommand(&app, &command);
   knap::AddEvaluateCommand(&app, &command);
   knap::AddGradcheckCommand(&app, &command);
   knap::AddLandscapeCommand(&app, &command);

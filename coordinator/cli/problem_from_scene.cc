@@ -87,6 +87,7 @@ LearningOptions MakeLearningOptions(const Scene& scene) {
   options.learning_rate_decay = learning.decay;
   options.optimizer = learning.optimizer;
   options.max_evaluations = static_cast<int>(learning.max_evaluations);
+  if (learning.rollout_budget > 0) options.rollout_budget = learning.rollout_budget;
   options.seed = static_cast<std::uint64_t>(learning.seed);
   const ParameterSpec parameters = MakeProblem(scene).parameters;
   CheckLearningOptions(options, parameters.names.size());
@@ -95,6 +96,7 @@ LearningOptions MakeLearningOptions(const Scene& scene) {
 
 std::int64_t CalcMostRollouts(const LearningOptions& options) {
   const std::int64_t n = options.variations, m = options.batch, evaluations = options.max_evaluations;
+  if (options.rollout_budget) return *options.rollout_budget;
   const std::int64_t batches = (n - 1) / m + 1;
   if (options.method == LearningMethod::kDiffHand) return evaluations * batches * m;
   const bool distils = options.method == LearningMethod::kOurs && options.alpha > 0.0;

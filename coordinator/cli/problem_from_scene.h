@@ -16,7 +16,7 @@ Problem MakeProblem(const Scene& scene);
 // Throws std::invalid_argument for what only the optimizer can refuse, such as an unknown algorithm.
 LearningOptions MakeLearningOptions(const Scene& scene);
 
-// Rollouts that learning asks for if every batch uses all the evaluations it may.
+// Rollouts that learning asks for if every batch uses all the evaluations it may, or the budget.
 std::int64_t CalcMostRollouts(const LearningOptions& options);
 
 }  // namespace knap

@@ -37,8 +37,10 @@ std::vector<Figure> MakeFigures(const ProgressState& state) {
     figures.push_back({fmt::format("evaluation {}", state.evaluation)});
     figures.push_back({state.loss ? fmt::format("loss {:.4g}", *state.loss) : "loss -"});
     figures.push_back({state.best_loss ? fmt::format("best {:.4g}", *state.best_loss) : "best -"});
-  } else {
+  } else if (state.phase == ProgressPhase::kTesting) {
     figures.push_back({fmt::format("tested {}/{}", state.tested, state.tests)});
+  } else {
+    figures.push_back({fmt::format("runs {}/{}", state.runs_done, state.runs)});
   }
   const bool missing = state.workers_alive < std::max(1, state.workers_wanted);
   figures.push_back({state.workers_wanted > 0 ? fmt::format("workers {}/{}", state.workers_alive, state.workers_wanted)
@@ -59,6 +61,8 @@ double CalcDonePart(const ProgressState& state) {
   double done = 0.0;
   if (state.phase == ProgressPhase::kTesting) {
     if (state.tests > 0) done = static_cast<double>(state.tested) / state.tests;
+  } else if (state.phase == ProgressPhase::kStudying) {
+    done = state.study_part;
   } else if (state.batches > 0 && state.batch > 0) {
     const double within =
         state.max_evaluations > 0 ? std::min(1.0, static_cast<double>(state.evaluation) / state.max_evaluations) : 0.0;

@@ -50,7 +50,7 @@ Json MakeResultJson(const ResultDocument& document) {
           {"rollouts",
            {{"total", document.rollouts_total},
             {"distinct", document.rollouts_distinct},
-            {"reissued", document.rollouts_reissued}}},
+            {"reissued", document.rollouts_reissued ? Json(*document.rollouts_reissued) : Json()}}},
           {"wall_s", document.wall_s}};
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,8 +20,9 @@ struct ResultDocument {
   TestSummary test_initial, test_learned;  // on the same variations: equal `variations` and `seed`
   std::int64_t rollouts_total = 0;         // asked for
   std::int64_t rollouts_distinct = 0;      // different request ids among them
-  std::int64_t rollouts_reissued = 0;      // leases given again after the first
-  double wall_s = 0.0;                     // that programs worked on the run, the resumed ones together
+  // Leases given again after the first; unset when the pool was shared, and nobody counted for this run alone.
+  std::optional<std::int64_t> rollouts_reissued;
+  double wall_s = 0.0;  // that programs worked on the run, the resumed ones together
 };
 
 // Schema 1, members in a fixed order. Throws std::invalid_argument when the document contradicts itself.

@@ -418,6 +418,7 @@ struct Learning {
   double decay = 0.36787944117144233;  // of the learning rate at each restart: e⁻¹ [-]
   std::string optimizer = "LD_LBFGS";  // an NLopt algorithm
   std::int64_t max_evaluations = 15;   // of the optimizer, a batch
+  std::int64_t rollout_budget = 0;     // of the whole learning; 0: none
   std::int64_t seed = 0;
 };
 

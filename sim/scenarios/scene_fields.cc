@@ -368,6 +368,12 @@ static void VisitFields(FieldVisitor& v, Learning& l) {
   v.Text({.key = "optimizer", .doc = "an NLopt algorithm", .required = false, .role = TextRole::kName}, l.optimizer);
   v.Integer({.key = "max_evaluations", .doc = "of the optimizer, in a batch", .required = false, .range = kCount},
             l.max_evaluations);
+  v.Integer({.key = "rollout_budget",
+             .doc = "at most so many rollouts of learning, shared out over the batches in place of max_evaluations, so "
+                    "that methods can be compared at equal numbers; 0: no limit",
+             .required = false,
+             .range = kSeed},
+            l.rollout_budget);
   v.Integer({.key = "seed", .doc = "of training", .required = false, .range = kSeed}, l.seed);
 }
 

@@ -17,7 +17,7 @@ if [[ $(cat /proc/self/setgroups 2>/dev/null) == deny ]]; then
   exit 77
 fi
 if ! getent ahosts "$(hostname -s)" >/dev/null; then
-  echo "SKIPPED: this machine's name, $(hostname -s), has no address (see /etc/hosts), without which Slurm does not start"
+  echo "SKIPPED: this machine's name, $(hostname -s), has no address (/etc/hosts), without which Slurm does not start"
   exit 77
 fi
 if ! mountpoint -q /sys/fs/cgroup; then

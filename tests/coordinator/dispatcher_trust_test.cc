@@ -80,7 +80,7 @@ class StrangeEngine : public WrongEngine {
 TEST(DispatcherTrustTest, WorkersOfAnotherBuildOrWithOtherBitsAreRefusedByName) {
   SimulatedCluster cluster(36);
   EngineIdentity other_build = cluster.engine.identity(), other_bits = other_build;
-  other_build.build = "2";
+  other_build.build = std::string("2");
   other_bits.fingerprint = CalcFingerprint(std::vector<double>{0.5000000000000001});
   StrangeEngine newer(other_build), rounding(other_bits);
   cluster.StartWorker(

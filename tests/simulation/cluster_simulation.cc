@@ -1,5 +1,7 @@
 #include "tests/simulation/cluster_simulation.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -195,7 +197,7 @@ class Simulation {
 
   void AddPlace() {
     Place place;
-    place.name = "w" + std::to_string(places_.size());
+    place.name = fmt::format("w{}", places_.size());
     place.local = Draw() < 0.5;
     place.foreign = !places_.empty() && !place.local && Draw() < 0.1;  // the first one is sound
     places_.push_back(std::move(place));

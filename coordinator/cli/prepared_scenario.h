@@ -1,0 +1,44 @@
+// A scenario made ready to be learned, before it touches disk or network; and what makes its journal its own.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "coordinator/cli/cluster_session.h"
+#include "coordinator/learning/learning_options.h"
+#include "coordinator/learning/problem.h"
+#include "coordinator/run_directory/journal.h"
+#include "coordinator/run_directory/run_directory.h"
+#include "sim/rollout/rollout.h"
+#include "sim/scenarios/scenario_files.h"
+
+namespace knap {
+
+struct PreparedScenario {
+  LoadedScenario scenario;
+  Problem problem;
+  LearningOptions options;
+  std::unique_ptr<RolloutModel> model;
+  std::string config_hash;  // of the scenario with its files, hexadecimal
+};
+
+// Throws UsageError with all that is wrong, one line each.
+PreparedScenario PrepareScenario(const std::filesystem::path& config, std::span<const std::string> overrides);
+
+// What a run's bits depend on beside the build of knap itself (OpenRunOfThisBuild).
+RunIdentity MakeRunIdentity(const RunInfo& info, const EngineIdentity& engine);
+
+// The run's journal, made when there is none: a run killed before that has asked nothing yet. Throws UsageError when it
+// is another run's, std::system_error when the disk refuses.
+Journal::Opened OpenRunJournal(const RunDirectory& run, const RunIdentity& identity);
+
+// The designed meshes at theta (controls may follow), each in its body's frame, as STL in millimetres: NAME.stl where
+// there is one, else NAME_BODY.stl; nothing for a scenario that designs none.
+void WriteTools(const std::optional<SceneDesign>& design, const std::vector<double>& theta,
+                const std::filesystem::path& folder, const std::string& name);
+
+}  // namespace knap

@@ -1,0 +1,201 @@
+#include "coordinator/cli/study_command.h"
+
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "coordinator/cli/cluster_flags.h"
+#include "coordinator/cli/exit_codes.h"
+#include "coordinator/cli/loaded_run.h"
+#include "coordinator/cli/prepared_scenario.h"
+#include "coordinator/cli/study_recorder.h"
+#include "coordinator/run_directory/durable_file.h"
+#include "coordinator/study/study.h"
+
+namespace knap {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+struct StudyArguments {
+  std::string config;
+  std::vector<std::string> overrides;
+  std::vector<std::string> methods = {"ours", "simple_continual", "diffhand"};
+  int seeds = 10;
+  std::optional<std::int64_t> first_seed;
+  ClusterOptions cluster;
+  std::string out, resume;
+  bool json = false, quiet = false;
+};
+
+// Beside the configuration, what a study's runs follow from: study.json.
+Json MakePlanJson(const StudyOptions& options) {
+  Json methods = Json::array();
+  for (const LearningMethod method : options.methods) methods.push_back(GetName(method));
+  return {{"schema", 1}, {"methods", methods}, {"seeds", options.seeds}, {"first_seed", options.learning.seed}};
+}
+
+StudyOptions MakeStudyOptions(const StudyArguments& arguments, const PreparedScenario& prepared) {
+  StudyOptions options;
+  options.learning = prepared.options;
+  options.tests = static_cast<int>(prepared.scenario.parsed.scene.evaluation.variations);
+  options.test_seed = static_cast<std::uint64_t>(prepared.scenario.parsed.scene.evaluation.seed);
+  options.seeds = arguments.seeds;
+  for (const std::string& method : arguments.methods) options.methods.push_back(ParseLearningMethod(method));
+  CheckStudyOptions(options);
+  return options;
+}
+
+fs::path FindPlan(const RunDirectory& study) { return study.path() / "study.json"; }
+
+// Methods and seeds of a study that is to go on, in place of the command line's.
+void ReadPlan(const RunDirectory& study, StudyArguments* arguments) {
+  const fs::path path = FindPlan(study);
+  if (!fs::exists(path)) throw UsageError(fmt::format("{}: no study (it holds no study.json)", study.path().string()));
+  try {
+    const Json plan = Json::parse(ReadFile(path));
+    arguments->methods = plan.at("methods").get<std::vector<std::string>>();
+    arguments->seeds = plan.at("seeds").get<int>();
+  } catch (const Json::exception& e) {
+    throw UsageError(fmt::format("{}: {}", path.string(), e.what()));
+  }
+}
+
+RunDirectory MakeStudy(const StudyArguments& arguments, const PreparedScenario& prepared, const StudyOptions& options,
+                       const RunInfo& info) {
+  RunDirectory study = arguments.out.empty()
+                           ? RunDirectory::CreateNamed("studies", info.scenario, info.started)
+                           : CreateRun(arguments.out);
+  study.WriteRunInfo(info);
+  WriteFileAtomically(FindPlan(study), MakeJsonText(MakePlanJson(options), 2) + "\n");
+  WriteScenario(prepared.scenario, study);
+  return study;
+}
+
+Json MakeResultsJson(const StudyOptions& options, const StudyResult& result, const JournaledService& service,
+                     double wall_s) {
+  Json json = MakePlanJson(options);
+  json["test"] = {{"initial", MakeEvaluationJson(result.initial)}};
+  json["methods_over_seeds"] = Json::array();
+  for (const MethodSummary& summary : SummarizeMethods(options, result)) {
+    const auto spread = [](const Spread& values) {
+      return Json{{"mean", values.mean}, {"std", values.standard_deviation}};
+    };
+    json["methods_over_seeds"].push_back({{"method", GetName(summary.method)},
+                                          {"success_rate", spread(summary.spread.success_rate)},
+                                          {"success_least", summary.success_least},
+                                          {"success_median", summary.success_median},
+                                          {"success_most", summary.success_most},
+                                          {"loss_mean", spread(summary.spread.loss_mean)},
+                                          {"worst_decile_loss", spread(summary.spread.worst_decile_loss)},
+                                          {"rollouts_mean", summary.rollouts_mean}});
+  }
+  json["runs"] = Json::array();
+  for (const StudyRun& run : result.runs) {
+    const std::optional<std::int64_t>& budget = run.learning.rollout_budget;
+    json["runs"].push_back({{"folder", StudyRecorder::MakeRunName(run.learning)},
+                            {"method", GetName(run.learning.method)},
+                            {"seed", run.learning.seed},
+                            {"rollout_budget", budget ? Json(*budget) : Json()},
+                            {"rollouts", run.learned.rollouts},
+                            {"theta", run.learned.theta},
+                            {"test", MakeEvaluationJson(run.test)}});
+  }
+  json["rollouts"] = {{"total", service.total()}, {"distinct", service.distinct()}};
+  json["wall_s"] = wall_s;
+  return json;
+}
+
+void PrintTable(const StudyOptions& options, const StudyResult& result, const JournaledService& service,
+                const RunDirectory& study, double wall_s) {
+  fmt::print(stderr, "\n{} methods with {} seeds each, {} rollouts in {}; success on {} variations that no run saw\n\n",
+             options.methods.size(), options.seeds, service.total(), FormatDuration(wall_s), options.tests);
+  fmt::print(stderr, "  {:<18} {:>7} {:>7} {:>7} {:>7} {:>6}  {:>10} {:>10}  {:>9}\n", "method", "median", "least",
+             "most", "mean", "std", "mean loss", "std", "rollouts");
+  fmt::print(stderr, "  {:<18} {:>6.1f}% {:>7} {:>7} {:>7} {:>6}  {:>10.4g}\n", "initial design",
+             100.0 * result.initial.success_rate, "", "", "", "", result.initial.loss_mean);
+  for (const MethodSummary& summary : SummarizeMethods(options, result)) {
+    const SeedSpread& spread = summary.spread;
+    fmt::print(stderr, "  {:<18} {:>6.1f}% {:>6.1f}% {:>6.1f}% {:>6.1f}% {:>5.1f}%  {:>10.4g} {:>10.4g}  {:>9.0f}\n",
+               GetName(summary.method), 100.0 * summary.success_median, 100.0 * summary.success_least,
+               100.0 * summary.success_most, 100.0 * spread.success_rate.mean,
+               100.0 * spread.success_rate.standard_deviation, spread.loss_mean.mean,
+               spread.loss_mean.standard_deviation, summary.rollouts_mean);
+  }
+  fmt::print(stderr, "\n  figures   {}\n  each run  {} and so on, like those of knap learn\n", FindPlan(study).string(),
+             (study.path() / StudyRecorder::MakeRunName(result.runs.front().learning)).string());
+}
+
+int RunStudyCommand(StudyArguments arguments) {
+  if (arguments.config.empty() == arguments.resume.empty()) {
+    throw UsageError("knap study: expected either a CONFIG or --resume DIR");
+  }
+  if (!arguments.resume.empty() && (!arguments.overrides.empty() || arguments.first_seed || !arguments.out.empty())) {
+    throw UsageError("knap study: --resume continues a study as it is: without a.b=c, --seed and --out");
+  }
+  fs::path config = arguments.config;
+  std::optional<RunDirectory> study;
+  if (!arguments.resume.empty()) {
+    study = OpenRunOfThisBuild(arguments.resume);
+    ReadPlan(*study, &arguments);
+    config = study->config_path();
+  }
+  if (arguments.first_seed) arguments.overrides.push_back(fmt::format("learning.seed={}", *arguments.first_seed));
+  const PreparedScenario prepared = PrepareScenario(config, arguments.overrides);
+  const StudyOptions options = MakeStudyOptions(arguments, prepared);
+  RunInfo info = MakeRunInfo(prepared.scenario, prepared.config_hash);
+  info.method = "study";
+  const EngineIdentity engine = FindEngineIdentity(arguments.cluster.engine);
+  if (!study) study = MakeStudy(arguments, prepared, options, info);
+  Journal::Opened journal = OpenRunJournal(*study, MakeRunIdentity(info, engine));
+  ClusterOptions cluster = arguments.cluster;
+  cluster.directory = study->path();
+  ClusterSession session(cluster, engine, prepared.scenario.files, prepared.problem.parameters.controls);
+  JournaledService service(&session.dispatcher(), &journal.journal, journal.payloads);
+  StudyRecorder recorder(prepared, options, *study, &session, &service, arguments.quiet);
+  StudyResult result;
+  try {
+    result = RunStudy(prepared.problem, options, service, recorder);
+  } catch (const Interrupted&) {
+    throw Interrupted(fmt::format("interrupted; everything so far is saved, go on with: knap study --resume {}",
+                                  study->path().string()));
+  }
+  recorder.Finish();
+  const Json results = MakeResultsJson(options, result, service, recorder.elapsed_s());
+  WriteFileAtomically(FindPlan(*study), MakeJsonText(results, 2) + "\n");
+  if (!arguments.quiet) PrintTable(options, result, service, *study, recorder.elapsed_s());
+  if (arguments.json) fmt::print("{}\n", MakeJsonText(results, 2));
+  return kExitDone;
+}
+
+}  // namespace
+
+void AddStudyCommand(CLI::App* app, std::function<int()>* command) {
+  auto arguments = std::make_shared<StudyArguments>();
+  CLI::App* study = app->add_subcommand("study", "Learns with several methods and many seeds on one pool of workers");
+  study->add_option("config", arguments->config, "scenario file");
+  study->add_option("overrides", arguments->overrides, "changes to the scenario: a.b=c");
+  CLI::Option* methods =
+      study->add_option("--methods", arguments->methods, "comma-separated (default: ours,simple_continual,diffhand)")
+          ->delimiter(',');
+  CLI::Option* seeds = study->add_option("--seeds", arguments->seeds, "how many seeds each method has (default: 10)");
+  seeds->check(CLI::Range(1, 1000));
+  study->add_option("--seed", arguments->first_seed, "the first of them (default: the scenario's)");
+  AddClusterFlags(study, &arguments->cluster);
+  CLI::Option* out = study->add_option("--out", arguments->out, "folder (default: studies/<scenario>-<UTC>)");
+  study->add_option("--resume", arguments->resume, "continue the study in this folder")
+      ->excludes(out)
+      ->excludes(methods)
+      ->excludes(seeds);
+  study->add_flag("--json", arguments->json, "print study.json on stdout");
+  study->add_flag("--quiet", arguments->quiet, "no progress and no table");
+  study->callback([arguments, command] { *command = [arguments] { return RunStudyCommand(*arguments); }; });
+}
+
+}  // namespace knap

@@ -1,0 +1,139 @@
+#include "coordinator/cli/study_recorder.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <utility>
+
+#include "coordinator/cli/loaded_run.h"
+#include "knap/run_status_t.hpp"
+
+namespace knap {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> MakeOverrides(const LearningOptions& options) {
+  return {fmt::format("learning.method={}", GetName(options.method)), fmt::format("learning.seed={}", options.seed),
+          fmt::format("learning.rollout_budget={}", options.rollout_budget.value_or(0))};
+}
+
+}  // namespace
+
+StudyRecorder::StudyRecorder(const PreparedScenario& prepared, const StudyOptions& options, const RunDirectory& study,
+                             ClusterSession* session, const JournaledService* service, bool quiet)
+    : prepared_(prepared), study_(study), session_(session), service_(service), started_us_(clock_.now_us()) {
+  for (const LearningOptions& run : PlanRuns(options)) {
+    const fs::path path = study_.path() / MakeRunName(run);
+    fs::remove_all(path);
+    const RunDirectory& folder = folders_.emplace_back(RunDirectory::Create(path));
+    followers_.emplace_back(folder.metrics_path(), prepared_.problem.parameters.names, this);
+  }
+  if (!quiet) reporter_.emplace(std::cerr, DetectTerminal(STDERR_FILENO));
+  session_->set_on_pump([this] { Pump(); });
+}
+
+StudyRecorder::~StudyRecorder() {
+  session_->set_on_pump({});
+  if (reporter_) reporter_->Clear();
+}
+
+std::string StudyRecorder::MakeRunName(const LearningOptions& options) {
+  return fmt::format("{}-{}", GetName(options.method), options.seed);
+}
+
+double StudyRecorder::elapsed_s() const { return static_cast<double>(clock_.now_us() - started_us_) * 1e-6; }
+
+void StudyRecorder::Follower::OnBatchStart(const BatchStart& start) { batch_ = start; }
+
+void StudyRecorder::Follower::OnEvaluation(const LearningEvaluation& evaluation) {
+  metrics_.Append(recorder_->elapsed_s(), evaluation);
+  const double within = static_cast<double>(evaluation.evaluation + 1) / std::max(1, batch_.max_evaluations);
+  done = (batch_.batch - 1 + std::min(1.0, within)) / std::max(1, batch_.batches);
+}
+
+void StudyRecorder::OnInitial(const TestSummary& initial) {
+  const std::lock_guard lock(mutex_);
+  initial_ = initial;
+}
+
+void StudyRecorder::OnRunEnd(std::size_t run, const StudyRun& result) {
+  const RunDirectory& folder = folders_[run];
+  // The run as it would be alone, so that its folder can be evaluated and repeated by itself.
+  WriteScenario(LoadValidScenario(study_.config_path(), MakeOverrides(result.learning)), folder);
+  ResultDocument document;
+  document.scenario = prepared_.scenario.parsed.scene.name;
+  document.method = GetName(result.learning.method);
+  document.seed = result.learning.seed;
+  document.parameters = prepared_.problem.parameters;
+  document.learned = result.learned.theta;
+  document.test_initial = *initial_;
+  document.test_learned = result.test;
+  document.rollouts_total = result.rollouts_total;
+  document.rollouts_distinct = result.rollouts_distinct;
+  document.wall_s = elapsed_s();
+  WriteTools(prepared_.model->design(), document.learned, folder.tool_path(), "learned");
+  folder.WriteResult(document);
+
+  followers_[run].done = 1.0;
+  const std::lock_guard lock(mutex_);
+  ++ended_;
+  news_.push_back(fmt::format("{:<18} seed {}: {:5.1f}% succeed, {} rollouts of learning", document.method,
+                              document.seed, 100.0 * result.test.success_rate, result.learned.rollouts));
+}
+
+void StudyRecorder::Pump() {
+  std::vector<std::string> news;
+  {
+    const std::lock_guard lock(mutex_);
+    news = std::exchange(news_, {});
+  }
+  if (reporter_ && !news.empty()) reporter_->Clear();
+  if (reporter_) {
+    for (const std::string& line : news) fmt::print(stderr, "{}\n", line);
+  }
+  ShowProgress();
+}
+
+void StudyRecorder::ShowProgress() {
+  ProgressState state;
+  state.title = fmt::format("{} study", prepared_.scenario.parsed.scene.name);
+  state.phase = ProgressPhase::kStudying;
+  state.elapsed_s = elapsed_s();
+  const auto runs = static_cast<double>(followers_.size());
+  for (const Follower& follower : followers_) state.study_part += follower.done / runs;
+  state.runs = static_cast<int>(followers_.size());
+  {
+    const std::lock_guard lock(mutex_);
+    state.runs_done = ended_;
+  }
+  state.rollouts = service_->answered();
+  state.workers_wanted = session_->workers_wanted();
+  state.workers_alive = session_->dispatcher().CountUsableWorkers();
+  state.retries = session_->dispatcher().counters().reissued;
+  const bool done = state.runs_done == state.runs;
+  if (reporter_ && done) reporter_->Finish(state);
+  if (reporter_ && !done) reporter_->Update(state);
+
+  RunProgress progress;
+  progress.state = run_status_t::kLearning;
+  if (done) progress.state = run_status_t::kDone;
+  progress.progress = done ? 1.0 : CalcDonePart(state);
+  progress.eta_s = CalcTimeLeft(state).value_or(-1.0);
+  progress.batch = state.runs_done;
+  progress.batch_count = state.runs;
+  progress.scenario = prepared_.scenario.parsed.scene.name;
+  progress.method = "study";
+  session_->dispatcher().SetProgress(progress);
+}
+
+void StudyRecorder::Finish() {
+  Pump();
+  session_->set_on_pump({});
+  session_->Finish();
+}
+
+}  // namespace knap

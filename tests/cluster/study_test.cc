@@ -1,0 +1,108 @@
+// knap study from outside: its runs are those of knap learn, and it survives being killed.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/cluster/child_process.h"
+#include "tests/cluster/run_files.h"
+#include "tests/coordinator/temporary_folder.h"
+
+namespace knap {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using Json = nlohmann::json;
+
+const std::string kConfig = KNAP_SOURCE_DIR "/configs/pushing.yaml";
+const std::vector<std::string> kSmall = {"rollout.horizon=2 s",  "rollout.step=4 ms",          "learning.variations=4",
+                                         "learning.batch=2",     "learning.max_evaluations=3",
+                                         "evaluation.variations=6"};
+
+class StudyTest : public ::testing::Test {
+ protected:
+  std::vector<std::string> MakeArguments(const std::string& command, const std::string& out,
+                                         const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {command, kConfig};
+    arguments.insert(arguments.end(), kSmall.begin(), kSmall.end());
+    arguments.insert(arguments.end(), {"--out", out});
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  }
+
+  void RunWell(const std::vector<std::string>& arguments) {
+    ChildProcess knap(KNAP_PROGRAM, arguments, folder_ / "", "run");
+    ASSERT_EQ(knap.Wait(), 0) << knap.ReadErr();
+    err_ = knap.ReadErr();
+  }
+
+  Json ReadStudy(const std::string& study) { return Json::parse(ReadText(folder_ / study / "study.json")); }
+
+  TemporaryFolder folder_;
+  std::string err_;
+};
+
+TEST_F(StudyTest, RunsAreThoseOfLearnAndSurviveAKill) {
+  const std::vector<std::string> which = {"--methods", "ours,diffhand", "--seeds", "2", "--seed", "5"};
+  RunWell(MakeArguments("study", "calm", which));
+  EXPECT_THAT(err_, AllOf(HasSubstr("diffhand"), HasSubstr("median"), HasSubstr("6 variations that no run saw")));
+  const Json calm = ReadStudy("calm");
+  ASSERT_EQ(calm["runs"].size(), 4u);
+  EXPECT_EQ(calm["runs"][1]["folder"], "ours-6");
+  EXPECT_EQ(calm["runs"][1]["seed"], 6);
+
+  // `ours` is the run of knap learn; so is diffhand with the same budget.
+  RunWell(MakeArguments("learn", "alone", {"--seed", "6"}));
+  const auto read_theta = [this](const std::string& run) {
+    return Json::parse(ReadText(folder_ / run / "result.json"))["theta"]["learned"];
+  };
+  EXPECT_EQ(read_theta("alone"), calm["runs"][1]["theta"]);
+  EXPECT_EQ(read_theta("calm/ours-6"), calm["runs"][1]["theta"]);
+  const std::string budget = "learning.rollout_budget=" + calm["runs"][3]["rollout_budget"].dump();
+  EXPECT_EQ(calm["runs"][3]["rollout_budget"], calm["runs"][1]["rollouts"]);
+  RunWell(MakeArguments("learn", "baseline", {"--seed", "6", "--method", "diffhand", budget}));
+  EXPECT_EQ(read_theta("baseline"), calm["runs"][3]["theta"]);
+
+  // A run's folder is one that other commands take.
+  RunWell({"evaluate", "calm/diffhand-6", "--variations", "3"});
+
+  // Killed in the middle, and continued.
+  {
+    ChildProcess knap(KNAP_PROGRAM, MakeArguments("study", "killed", which), folder_ / "", "killed_log");
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (!knap.HasEnded() && std::chrono::steady_clock::now() < end &&
+           ReadCsv(folder_ / "killed/ours-5/metrics.csv")["loss"].size() < 3) {
+      usleep(10'000);
+    }
+    ASSERT_FALSE(knap.HasEnded()) << knap.ReadErr();
+    knap.Signal(SIGKILL);
+    knap.Wait();
+  }
+  RunWell({"study", "--resume", "killed"});
+  Json killed = ReadStudy("killed");
+  Json reference = calm;
+  killed.erase("wall_s");
+  reference.erase("wall_s");
+  EXPECT_EQ(killed, reference);
+}
+
+TEST_F(StudyTest, BadUsageIsNamed) {
+  const auto expect = [this](const std::vector<std::string>& arguments, const std::string& message) {
+    ChildProcess knap(KNAP_PROGRAM, arguments, folder_ / "", "bad");
+    EXPECT_EQ(knap.Wait(), 2);
+    EXPECT_THAT(knap.ReadErr(), HasSubstr(message));
+  };
+  expect({"study"}, "either a CONFIG or --resume");
+  expect(MakeArguments("study", "x", {"--methods", "ours,theirs"}), "theirs");
+  expect(MakeArguments("study", "x", {"--methods", "ours,ours"}), "given twice");
+  expect({"study", "--resume", "."}, "config.yaml");
+}
+
+}  // namespace
+}  // namespace knap
