@@ -117,7 +117,7 @@ const SceneErrorCase kFieldErrors[] = {
      "design.bodies.tool.vertex_groups.right.vertices: has 0 elements, expected at least 1 element"},
     {"ScalarForASection", "evaluation: {variations: 20, seed: 12}", "evaluation: @20",
      "evaluation: value '20': expected a section of keys"},
-    {"UnknownType", "type: free}", "type: @fre}",
+    {"UnknownType", "{type: free}\n    shape: {type: sphere", "{type: @fre}\n    shape: {type: sphere",
      "bodies.pea.joint.type: value 'fre': expected one of: fixed, prescribed, revolute, prismatic, ball, planar, free; "
      "did you mean 'free'?"},
     {"UnknownChoice", "integrator: bdf2", "integrator: @rk4",
@@ -129,7 +129,7 @@ const SceneErrorCase kFieldErrors[] = {
      "'wall'?"},
     {"WorldHasNoShape", "bodies: [pea, ground]", "bodies: [pea, @world]",
      "contacts[0].bodies[1]: value 'world': no such body; expected one of: ground, tool, wall, hinge, slider, swivel, "
-     "puck, pea"},
+     "puck, brick, pill, pea"},
     {"UnknownParameter", "parameter: depth", "parameter: @dept",
      "design.bodies.tool.moves[2].parameter: value 'dept': no such parameter; did you mean 'depth'?"},
     {"UnknownGroup", "group: right", "group: @rihgt",
