@@ -17,6 +17,23 @@ TEST_P(Contradiction, IsReportedOnceAtItsPlace) {
 }
 
 const SceneErrorCase kContradictions[] = {
+    {"LimitsUpsideDown", "limits: {lower: -90 deg", "limits: {lower: @91 deg",
+     "bodies.hinge.joint.limits.lower: value '91 deg': must be less than upper, 1.5707963267948966 rad"},
+    {"TargetsUpsideDown", "lower: -9 mm", "lower: @10 mm",
+     "bodies.slider.joint.actuator.lower: value '10 mm': must be less than upper, 0.009 m"},
+    {"NothingToRideOn", "parent: tool\n    joint: {type: free, attachment: {",
+     "parent: wall\n    joint: {type: free, attachment: @{",
+     "bodies.brick.joint.attachment: only a designed parent has a mesh that joints move with"},
+    {"NoActuator", "actuators: [hinge, slider]", "actuators: [hinge, @swivel]",
+     "controls.actuators[1]: value 'swivel': the joint of this body has no actuator"},
+    {"TooMuchForACommand", "lower: -1, upper: 0.75", "lower: -1, upper: @1.5",
+     "controls.upper: value '1.5': commands lie from -1 to 1, and so must controls that are not squashed"},
+    {"NoTargetAtFirst", "{from: 0 s", "{from: @0.1 s",
+     "loss.task[2].targets[0].from: value '0.1 s': the first target must count from 0 s"},
+    {"TargetsOutOfOrder", "{from: 0.5 s", "{from: @0 s",
+     "loss.task[2].targets[1].from: value '0 s': must be later than the target before"},
+    {"TargetsBetweenSteps", "sample_period: 10 ms", "sample_period: @11 ms",
+     "loss.task[2].sample_period: value '11 ms': must be a whole number of steps of 0.002 s"},
     {"ActuatorTwice", "actuators: [hinge, slider]", "actuators: @[hinge, hinge]",
      "controls.actuators: names an actuator twice"},
     {"IntervalBetweenSteps", "interval: 100 ms", "interval: @101 ms",

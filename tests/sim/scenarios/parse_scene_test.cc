@@ -72,7 +72,7 @@ const SceneErrorCase kFieldErrors[] = {
      "    shape: {type: half_space}\n    @initial: {}\n  - name: tool",
      "bodies.ground.initial: unknown key; expected one of: name, parent, joint, shape, inertia"},
     {"DuplicateKey", "evaluation: {variations: 20", "evaluation: {variations: 20, @variations: 21",
-     "evaluation.variations: duplicate key, first given in line 84"},
+     "evaluation.variations: duplicate key, first given in line 103"},
     {"MissingNumber", "{type: solid, mass: 4.2 g}", "@{type: solid}",
      "bodies.pea.inertia.mass: missing; expected a mass with its unit, such as "
      "'4.2 g', more than 0 kg"},
@@ -140,10 +140,12 @@ const SceneErrorCase kFieldErrors[] = {
      "bodies.world.name: value 'world': is the name of the world, which every scene has"},
     {"NameTwice", "name: puck", "name: @slider", "bodies.slider.name: value 'slider': another body has this name"},
     {"FileOutside", "meshes/tool.obj", "@../tool.obj",
-     "design.bodies.tool.mesh: value '../tool.obj': expected a file below the scenario's folder, as a relative path without '..', "
+     "design.bodies.tool.mesh: value '../tool.obj': expected a file below the scenario's folder, as a relative path "
+     "without '..', "
      "such as 'meshes/tool.obj'"},
     {"FileAbsolute", "meshes/tool.obj", "@/tmp/tool.obj",
-     "design.bodies.tool.mesh: value '/tmp/tool.obj': expected a file below the scenario's folder, as a relative path without "
+     "design.bodies.tool.mesh: value '/tmp/tool.obj': expected a file below the scenario's folder, as a relative path "
+     "without "
      "'..', such as 'meshes/tool.obj'"},
     {"VariationKeyUnknown", "\"contacts[0].friction\"", "@\"contacts[0].fricton\"",
      "variation[1].key: value 'contacts[0].fricton': the scene has no such number; did you mean "

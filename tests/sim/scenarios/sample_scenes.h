@@ -67,7 +67,8 @@ bodies:
     inertia: {type: solid, mass: 1 g}
     initial: {position: [1 mm, 2 mm], angle: 3 deg, velocity: [4 mm/s, 5 mm/s], angular_velocity: 6 deg/s}
   - name: brick
-    joint: {type: free}
+    parent: tool
+    joint: {type: free, attachment: {point: [1 mm, 2 mm, 3 mm]}}
     shape: {type: box, size: [29 mm, 8 mm, 9 mm], rounding: 1 mm, center: [15 mm, 0 mm, 0 mm]}
     inertia: {type: solid, mass: 1.5 g}
   - name: pill
