@@ -3,72 +3,128 @@
 #include <cmath>
 
 #include "sim/math/smooth_ramp.h"
-#include "sim/math/so3.h"
 
 namespace knap {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-PatchForce CalcPatchForce(const ContactMaterial& material, double r, double W, const Vector3d& g, const Vector3d& u,
-                          const Vector3d& w, bool want_jacobian) {
-  PatchForce out;
-  const double k = material.stiffness / (2.0 * r * r);
-  const double g_norm = g.norm();
-  if (g_norm == 0.0) return out;
-  const Vector3d n = g / g_norm;
-  const Vector3d l = -g / W;
+namespace {
+
+constexpr double kLinearShare = 0.85;  // y0 of the header
+
+struct Saturation {
+  double value;
+  double slope;
+};
+
+Saturation CalcSaturation(double y) {
+  if (y <= kLinearShare) return {y, 1.0};
+  const double t = (y - kLinearShare) / (1.0 - kLinearShare);
+  const double t4 = t * t * t * t;
+  const double root = std::sqrt(std::sqrt(1.0 + t4));
+  return {kLinearShare + (1.0 - kLinearShare) * t / root, 1.0 / (root * (1.0 + t4))};
+}
+
+// A C² step from 0 at x ≤ 0 to 1 at x ≥ 1.
+Saturation CalcSmoothStep(double x) {
+  if (x <= 0.0) return {0.0, 0.0};
+  if (x >= 1.0) return {1.0, 0.0};
+  return {x * x * x * (10.0 + x * (-15.0 + 6.0 * x)), 30.0 * x * x * (1.0 - x) * (1.0 - x)};
+}
+
+}  // namespace
+
+PointForce CalcPointForce(const ContactMaterial& material, double N_e, double N_light, const Vector3d& n,
+                          const Vector3d& u, const Vector3d& z_previous, double h, PointForceJacobian* jacobian) {
+  PointForce out;
   const double n_u = n.dot(u);
   const SmoothRamp ramp = CalcSmoothRamp(1.0 - material.damping * n_u, 1.0);
-  const double N_elastic = k * g_norm;
-  const double N = N_elastic * ramp.value;
-  const Vector3d s = u - n_u * n + w.cross(l);
-  const double sigma = std::sqrt(s.squaredNorm() + material.slip_speed * material.slip_speed);
-  const Vector3d t = -material.friction / sigma * s;  // friction per unit of normal force
+  out.N = N_e * ramp.value;
+  const Vector3d s = u - n_u * n;
+  const double mu = material.friction;
+  Vector3d tau;
+  // d tau/d(slip-like vector), where that vector is s or z.
+  Matrix3d dtau;
+  const bool has_bristle = material.stick_distance > 0.0;
+  double n_z = 0.0;
+  Saturation fade{};
+  Vector3d q = Vector3d::Zero();
+  Matrix3d dq;
+  if (has_bristle) {
+    const double z_s = material.stick_distance;
+    n_z = n.dot(z_previous);
+    const Vector3d z = z_previous - n_z * n + h * s;
+    const double length = z.norm();
+    const Saturation sigma = CalcSaturation(length / z_s);
+    const double ratio = length <= kLinearShare * z_s ? 1.0 : sigma.value * z_s / length;
+    q = ratio * z;
+    tau = -mu / z_s * q;
+    fade = CalcSmoothStep(N_e / N_light);
+    out.bristle = fade.value * q;
+    if (jacobian != nullptr) {
+      dq = ratio * Matrix3d::Identity();
+      if (length > kLinearShare * z_s) dq += ((sigma.slope - ratio) / (length * length)) * z * z.transpose();
+      dtau = -mu / z_s * dq;
+    }
+  } else {
+    const double norm = std::sqrt(s.squaredNorm() + material.slip_speed * material.slip_speed);
+    tau = -mu / norm * s;
+    if (jacobian != nullptr) dtau = -mu / norm * (Matrix3d::Identity() - s * s.transpose() / (norm * norm));
+  }
+  const Vector3d direction = n + tau;
+  out.f = out.N * direction;
+  if (jacobian == nullptr) return out;
+
+  PointForceJacobian& j = *jacobian;
+  const double damped = -material.damping * N_e * ramp.slope;  // dN/d(n·u)
+  j.dN_dNe = ramp.value;
+  j.dN_dn = damped * u;
+  j.dN_du = damped * n;
+  j.df_dNe = ramp.value * direction;
+  const Matrix3d tangent = Matrix3d::Identity() - n * n.transpose();
+  Matrix3d ds_dn = -n * u.transpose();
+  ds_dn.diagonal().array() -= n_u;
+  Matrix3d dtau_dn;
+  Matrix3d dtau_du;
+  if (has_bristle) {
+    Matrix3d dz_dn = h * ds_dn - n * z_previous.transpose();
+    dz_dn.diagonal().array() -= n_z;
+    dtau_dn = dtau * dz_dn;
+    dtau_du = h * dtau * tangent;
+    j.df_dz = out.N * dtau * tangent;
+    j.dq_dNe = fade.slope / N_light * q;
+    j.dq_dn = fade.value * dq * dz_dn;
+    j.dq_du = fade.value * h * dq * tangent;
+    j.dq_dz = fade.value * dq * tangent;
+  } else {
+    dtau_dn = dtau * ds_dn;
+    dtau_du = dtau * tangent;
+    j.df_dz.setZero();
+    j.dq_dNe.setZero();
+    j.dq_dn.setZero();
+    j.dq_du.setZero();
+    j.dq_dz.setZero();
+  }
+  j.df_dn = direction * j.dN_dn.transpose() + out.N * dtau_dn;
+  j.df_dn.diagonal().array() += out.N;
+  j.df_du = direction * j.dN_du.transpose() + out.N * dtau_du;
+  return out;
+}
+
+RollingMoment CalcRollingMoment(const ContactMaterial& material, double r, double N, const Vector3d& n,
+                                const Vector3d& w) {
+  RollingMoment out;
   const double n_w = n.dot(w);
   const Vector3d w_t = w - n_w * n;
-  const double slip_rate = material.slip_speed / r;
-  const double rho = std::sqrt(w_t.squaredNorm() + slip_rate * slip_rate);
+  const double slow = material.slip_speed / r;
+  const double rho = std::sqrt(w_t.squaredNorm() + slow * slow);
   const double c = -material.rolling_resistance * r / rho;
-  const Vector3d f_t = N * t;
-  out.f = N * n + f_t;
-  out.m = l.cross(f_t) + N * c * w_t;
-  if (!want_jacobian) return out;
-
-  // Columns: 0 W, 1–3 g, 4–6 u, 7–9 w.
-  using Matrix3x10 = Eigen::Matrix<double, 3, 10>;
-  using Row10 = Eigen::Matrix<double, 1, 10>;
-  const Matrix3d tangent = Matrix3d::Identity() - n * n.transpose();
-  const Matrix3d dn_dg = tangent / g_norm;
-
-  Row10 dN = Row10::Zero();
-  const double damped = N_elastic * ramp.slope * -material.damping;  // dN/d(n·u)
-  dN.segment<3>(1) = (ramp.value * k * n + damped * dn_dg * u).transpose();
-  dN.segment<3>(4) = damped * n.transpose();
-
-  Matrix3x10 dl = Matrix3x10::Zero();
-  dl.col(0) = g / (W * W);
-  dl.middleCols<3>(1) = -Matrix3d::Identity() / W;
-
-  Matrix3x10 ds = Skew(w) * dl;
-  ds.middleCols<3>(1) -= (n_u * Matrix3d::Identity() + n * u.transpose()) * dn_dg;
-  ds.middleCols<3>(4) += tangent;
-  ds.middleCols<3>(7) -= Skew(l);
-
-  const Matrix3d dt_ds = -material.friction / sigma * (Matrix3d::Identity() - s * s.transpose() / (sigma * sigma));
-  const Matrix3x10 df_t = t * dN + N * (dt_ds * ds);
-
-  Matrix3x10 df = n * dN + df_t;
-  df.middleCols<3>(1) += N * dn_dg;
-
-  Matrix3x10 dw_t = Matrix3x10::Zero();
-  dw_t.middleCols<3>(1) = -(n_w * Matrix3d::Identity() + n * w.transpose()) * dn_dg;
-  dw_t.middleCols<3>(7) = tangent;
-  const Matrix3d dr_dw_t = c * (Matrix3d::Identity() - w_t * w_t.transpose() / (rho * rho));
-
-  const Matrix3x10 dm = Skew(l) * df_t - Skew(f_t) * dl + c * w_t * dN + N * (dr_dw_t * dw_t);
-  out.jacobian.topRows<3>() = df;
-  out.jacobian.bottomRows<3>() = dm;
+  out.dm_dN = c * w_t;
+  out.m = N * out.dm_dN;
+  const Matrix3d by_wt = N * c * (Matrix3d::Identity() - w_t * w_t.transpose() / (rho * rho));
+  out.dm_dw = by_wt * (Matrix3d::Identity() - n * n.transpose());
+  out.dm_dn = -by_wt * (n_w * Matrix3d::Identity() + n * w.transpose());
   return out;
 }
 

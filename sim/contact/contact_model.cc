@@ -1,5 +1,6 @@
 #include "sim/contact/contact_model.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace knap {
@@ -7,176 +8,114 @@ namespace knap {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-namespace {
-
-using Matrix6x9 = Eigen::Matrix<double, 6, 9>;
-
-// Force and moment of one contact in S, with d(f, m)/d(c, u, w).
-struct Total {
-  bool active = false;
-  Vector3d f = Vector3d::Zero();
-  Vector3d m = Vector3d::Zero();
-  Matrix6x9 jacobian = Matrix6x9::Zero();
-
-  void Add(const PatchForce& patch, const SphereTriangleJacobian* geometry) {
-    active = true;
-    f += patch.f;
-    m += patch.m;
-    if (geometry == nullptr) return;
-    jacobian.leftCols<3>() +=
-        patch.jacobian.col(0) * geometry->dW_dc + patch.jacobian.middleCols<3>(1) * geometry->dg_dc;
-    jacobian.rightCols<6>() += patch.jacobian.rightCols<6>();
-  }
-};
-
-}  // namespace
-
-ContactMesh::ContactMesh(const TriangleMesh& mesh)
-    : triangles_(mesh.triangles),
-      vertex_count_(static_cast<int>(mesh.vertices.size())),
-      bvh_(std::make_unique<TriangleBvh>(mesh)) {
-  frames_.reserve(mesh.triangles.size());
-  for (const Eigen::Vector3i& t : mesh.triangles) {
-    frames_.push_back(TriangleFrame::Make(mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]));
+ContactModel::ContactModel(std::vector<ContactPair> contacts)
+    : contacts_(std::move(contacts)), reports_(contacts_.size()) {
+  sides_ = MakeSides(contacts_);
+  near_.reserve(sides_.size());
+  patches_.resize(sides_.size());
+  bar_samples_.resize(sides_.size());
+  for (const PointSide& side : sides_) near_.emplace_back(side);
+  for (const ContactPair& contact : contacts_) {
+    has_bristles_ = has_bristles_ || contact.material.stick_distance > 0.0;
   }
 }
 
-ContactModel::ContactModel(std::vector<SphereContact> contacts)
-    : contacts_(std::move(contacts)), reports_(contacts_.size()), candidates_(contacts_.size()) {
-  for (Candidates& c : candidates_) c.triangles.reserve(256);
+void ContactModel::BeginStep(double h, const Bristles& previous) {
+  h_ = h;
+  previous_.id.assign(previous.id.begin(), previous.id.end());
+  previous_.z.assign(previous.z.begin(), previous.z.end());
 }
 
-ContactModel::RelativeMotion ContactModel::CalcRelativeMotion(const Dynamics& dynamics,
-                                                              const SphereContact& contact) const {
-  const BodyKinematics& B = dynamics.kinematics()[contact.sphere_body];
-  const BodyKinematics& S = dynamics.kinematics()[contact.surface_body];
-  RelativeMotion out;
-  out.R_SB = S.X_WB.R.transpose() * B.X_WB.R;
-  out.c = S.X_WB.ApplyInverse(B.X_WB * contact.p_BC);
-  out.v_C_B = B.V.tail<3>() + B.V.head<3>().cross(contact.p_BC);
-  out.u = out.R_SB * out.v_C_B - S.V.tail<3>() - S.V.head<3>().cross(out.c);
-  out.w = out.R_SB * B.V.head<3>() - S.V.head<3>();
-  return out;
+bool ContactModel::Rolls(const PointSide& side) const {
+  return side.rolling_radius > 0.0 && contacts_[side.pair].material.rolling_resistance > 0.0;
 }
 
-const std::vector<int>& ContactModel::FindCandidates(int index, const Vector3d& c) {
-  const SphereContact& contact = contacts_[index];
-  Candidates& cache = candidates_[index];
-  const Vector3d reach = Vector3d::Constant(contact.radius);
-  const Eigen::AlignedBox3d sphere(c - reach, c + reach);
-  if (!cache.box.contains(sphere)) {
-    const Vector3d margin = Vector3d::Constant(0.25 * contact.radius);
-    cache.box = Eigen::AlignedBox3d(sphere.min() - margin, sphere.max() + margin);
-    contact.mesh->bvh().FindTriangles(cache.box, &cache.triangles);
+void ContactModel::AddWrenches(Dynamics* dynamics) {
+  for (ContactReport& report : reports_) report = ContactReport{};
+  bristles_.Clear();
+  num_touches_ = 0;
+  for (int s = 0; s < static_cast<int>(sides_.size()); ++s) AddSide(s, dynamics);
+}
+
+void ContactModel::AddSide(int s, Dynamics* dynamics) {
+  const PointSide& side = sides_[s];
+  const ContactMaterial& material = contacts_[side.pair].material;
+  const std::vector<Vector3d>& points = side.points();
+  const BodyKinematics& B = dynamics->kinematics()[side.point_body];
+  const BodyKinematics& S = dynamics->kinematics()[side.surface_body];
+  const RelativeMotion motion = RelativeMotion::Make(B.X_WB, B.V, S.X_WB, S.V);
+  const Vector3d w = motion.nu.head<3>();
+  const Vector3d v0 = motion.nu.tail<3>();
+  Patch& patch = patches_[s];
+  patch.begin = num_touches_;
+  patch.wrench = PairWrench(motion);
+  auto bristle = std::lower_bound(previous_.id.begin(), previous_.id.end(), side.first_id);
+  for (const int i : near_[s].FindPoints(side, motion.X_SB)) {
+    if (num_touches_ == static_cast<int>(touches_.size())) touches_.resize(2 * touches_.size() + 8);
+    Touch& touch = touches_[num_touches_];
+    touch.c = motion.X_SB * points[i];
+    if (!CalcElasticPoint(side, &near_[s], i, touch.c, &touch.integrals, &touch.elastic)) continue;
+    ++num_touches_;
+    touch.point = i;
+    touch.a = touch.c + touch.elastic.l;
+    touch.u = v0 + w.cross(touch.a);
+    touch.z.setZero();
+    touch.previous = -1;
+    while (bristle != previous_.id.end() && *bristle < side.first_id + i) ++bristle;
+    if (bristle != previous_.id.end() && *bristle == side.first_id + i) {
+      touch.previous = static_cast<int>(bristle - previous_.id.begin());
+      touch.z = previous_.z[touch.previous];
+    }
+    const ElasticPoint& e = touch.elastic;
+    touch.force = CalcPointForce(material, e.N, e.N_light, e.n, touch.u, touch.z, h_, nullptr);
+    Vector3d m = Vector3d::Zero();
+    if (Rolls(side)) m = CalcRollingMoment(material, side.rolling_radius, touch.force.N, e.n, w).m;
+    patch.wrench.AddForce(touch.a, touch.force.f, m);
+    if (material.stick_distance > 0.0) {
+      bristles_.id.push_back(side.first_id + i);
+      bristles_.z.push_back(touch.force.bristle);
+    }
   }
-  return cache.triangles;
+  patch.end = num_touches_;
+  if (patch.begin == patch.end) return;
+  patch.wrench.AddTo(side.point_body, side.surface_body, dynamics);
+  ContactReport& report = reports_[side.pair];
+  report.active = true;
+  const int first = contacts_[side.pair].bodies[0];
+  const double sign = first == side.point_body ? 1.0 : -1.0;
+  const Vector3d f_W = sign * (S.X_WB.R * patch.wrench.F().tail<3>());
+  report.f_W += f_W;
+  report.m_W += sign * (S.X_WB.R * patch.wrench.F().head<3>()) +
+                (S.X_WB.p - dynamics->kinematics()[first].X_WB.p).cross(f_W);
 }
 
-void ContactModel::AddWrenches(Dynamics* dynamics, bool want_jacobian) {
-  for (std::size_t index = 0; index < contacts_.size(); ++index) {
-    const SphereContact& contact = contacts_[index];
-    const RelativeMotion motion = CalcRelativeMotion(*dynamics, contact);
-    Total total;
-    double sum_W = 0.0;
-    Vector3d sum_g = Vector3d::Zero();
-    SphereTriangleJacobian sum_geometry{Eigen::RowVector3d::Zero(), Matrix3d::Zero()};
-    const auto add = [&](const SphereTriangleIntegrals& integrals, const Vector3d& n) {
-      sum_W += integrals.W;
-      sum_g += integrals.g;
-      if (!want_jacobian) return;
-      const SphereTriangleJacobian geometry = CalcSphereTriangleJacobian(integrals, n);
-      sum_geometry.dW_dc += geometry.dW_dc;
-      sum_geometry.dg_dc += geometry.dg_dc;
-    };
-    if (contact.mesh) {
-      for (const int t : FindCandidates(static_cast<int>(index), motion.c)) {
-        const TriangleFrame& frame = contact.mesh->frames()[t];
-        const SphereTriangleIntegrals integrals = CalcSphereTriangle(frame, motion.c, contact.radius);
-        if (integrals.active) add(integrals, frame.n);
-      }
-    } else {
-      const SphereTriangleIntegrals integrals = CalcSpherePlane(Vector3d::UnitZ(), motion.c.z(), contact.radius);
-      if (integrals.active) add(integrals, Vector3d::UnitZ());
+void ContactModel::AddDerivatives(ContactDerivatives derivatives, Dynamics* dynamics) {
+  for (int s = 0; s < static_cast<int>(sides_.size()); ++s) {
+    const PointSide& side = sides_[s];
+    const ContactMaterial& material = contacts_[side.pair].material;
+    Patch& patch = patches_[s];
+    if (patch.begin == patch.end) continue;
+    const Vector3d w = patch.wrench.motion().nu.head<3>();
+    const Matrix3d cross_w = Skew(w);
+    for (int k = patch.begin; k < patch.end; ++k) {
+      Touch& t = touches_[k];
+      t.bar = ElasticCotangent{};
+      CalcElasticDerivatives(side, t.point, t.c, t.integrals, &t.elastic);
+      const ElasticPoint& e = t.elastic;
+      CalcPointForce(material, e.N, e.N_light, e.n, t.u, t.z, h_, &t.jacobian);
+      const Matrix3d da_dc = Matrix3d::Identity() + e.dl_dc;
+      const Matrix3d du_dc = cross_w * da_dc;
+      const Matrix3d df_dc =
+          t.jacobian.df_dNe * e.dN_dc.transpose() + t.jacobian.df_dn * e.dn_dc + t.jacobian.df_du * du_dc;
+      patch.wrench.AddJacobian(t.c, t.a, t.force.f, da_dc, df_dc, t.jacobian.df_du);
+      if (!Rolls(side)) continue;
+      const RollingMoment rolling = CalcRollingMoment(material, side.rolling_radius, t.force.N, e.n, w);
+      const Vector3d dN_dc = t.jacobian.dN_dNe * e.dN_dc + e.dn_dc.transpose() * t.jacobian.dN_dn +
+                             du_dc.transpose() * t.jacobian.dN_du;
+      patch.wrench.AddMomentJacobian(t.c, t.a, rolling.dm_dN * dN_dc.transpose() + rolling.dm_dn * e.dn_dc,
+                                     rolling.dm_dN * t.jacobian.dN_du.transpose(), rolling.dm_dw);
     }
-    if (sum_W > 0.0) {
-      total.Add(CalcPatchForce(contact.material, contact.radius, sum_W, sum_g, motion.u, motion.w, want_jacobian),
-                want_jacobian ? &sum_geometry : nullptr);
-    }
-    ContactReport& report = reports_[index];
-    report = ContactReport{};
-    if (!total.active) continue;
-    const BodyKinematics& S = dynamics->kinematics()[contact.surface_body];
-    report = {true, S.X_WB.R * total.f, S.X_WB.R * total.m};
-
-    const Vector3d f_B = motion.R_SB.transpose() * total.f;
-    const Vector3d m_B = motion.R_SB.transpose() * total.m;
-    ExternalWrench& wrench = dynamics->external()[contact.sphere_body];
-    wrench.F.head<3>() += m_B + contact.p_BC.cross(f_B);
-    wrench.F.tail<3>() += f_B;
-    wrench.moment_scale += (contact.radius + contact.p_BC.norm()) * f_B.norm();
-    if (!want_jacobian) continue;
-
-    // (c, u, w) in the perturbation (phi, epsilon) of the pose and (dw, dv) of the twist, all in B.
-    const Vector3d& w_B = dynamics->kinematics()[contact.sphere_body].V.head<3>();
-    Eigen::Matrix<double, 9, 6> by_pose;
-    by_pose.block<3, 3>(0, 0) = -motion.R_SB * Skew(contact.p_BC);
-    by_pose.block<3, 3>(0, 3) = motion.R_SB;
-    by_pose.middleRows<3>(3) = -Skew(S.V.head<3>()) * by_pose.topRows<3>();
-    by_pose.block<3, 3>(3, 0) -= motion.R_SB * Skew(motion.v_C_B);
-    by_pose.bottomRows<3>().setZero();
-    by_pose.block<3, 3>(6, 0) = -motion.R_SB * Skew(w_B);
-    Eigen::Matrix<double, 6, 6> by_twist;  // of (u, w) alone
-    by_twist.block<3, 3>(0, 0) = by_pose.block<3, 3>(0, 0);
-    by_twist.block<3, 3>(0, 3) = motion.R_SB;
-    by_twist.block<3, 3>(3, 0) = motion.R_SB;
-    by_twist.block<3, 3>(3, 3).setZero();
-
-    const auto add_rotated = [&](const Matrix6d& d_fm, bool pose, Matrix6d* target) {
-      // Rows (f, m) in S → (moment about Bo, force) in B; a turn of B turns the components too.
-      Eigen::Matrix<double, 3, 6> df = motion.R_SB.transpose() * d_fm.topRows<3>();
-      Eigen::Matrix<double, 3, 6> dm = motion.R_SB.transpose() * d_fm.bottomRows<3>();
-      if (pose) {
-        df.leftCols<3>() += Skew(f_B);
-        dm.leftCols<3>() += Skew(m_B);
-      }
-      target->topRows<3>() += dm + Skew(contact.p_BC) * df;
-      target->bottomRows<3>() += df;
-    };
-    add_rotated(total.jacobian * by_pose, true, &wrench.dF_deta);
-    add_rotated(total.jacobian.rightCols<6>() * by_twist, false, &wrench.dF_dV);
-  }
-}
-
-void ContactModel::PullBackVertices(const Dynamics& dynamics, const std::vector<Vector6d>& bar_wrench,
-                                    std::vector<Eigen::Matrix3Xd>* bar_vertices) {
-  for (std::size_t index = 0; index < contacts_.size(); ++index) {
-    const SphereContact& contact = contacts_[index];
-    if (!contact.mesh || !reports_[index].active) continue;
-    const RelativeMotion motion = CalcRelativeMotion(dynamics, contact);
-    const Vector6d& bar = bar_wrench[contact.sphere_body];
-    Vector6d bar_fm;  // of (f, m) in S
-    bar_fm.head<3>() = motion.R_SB * (bar.tail<3>() + bar.head<3>().cross(contact.p_BC));
-    bar_fm.tail<3>() = motion.R_SB * bar.head<3>();
-    Eigen::Matrix3Xd& target = (*bar_vertices)[index];
-    double W = 0.0;
-    Vector3d g = Vector3d::Zero();
-    const std::vector<int>& candidates = FindCandidates(static_cast<int>(index), motion.c);
-    for (const int t : candidates) {
-      const SphereTriangleIntegrals integrals =
-          CalcSphereTriangle(contact.mesh->frames()[t], motion.c, contact.radius);
-      W += integrals.W;
-      g += integrals.g;
-    }
-    const PatchForce patch = CalcPatchForce(contact.material, contact.radius, W, g, motion.u, motion.w, true);
-    const Eigen::Vector4d bar_Wg = patch.jacobian.leftCols<4>().transpose() * bar_fm;
-    for (const int t : candidates) {
-      const TriangleFrame& frame = contact.mesh->frames()[t];
-      const SphereTriangleIntegrals integrals = CalcSphereTriangle(frame, motion.c, contact.radius);
-      if (!integrals.active) continue;
-      const std::array<Vector3d, 3> bar_v =
-          PullBackSphereTriangle(frame, integrals, motion.c, contact.radius, bar_Wg(0), bar_Wg.tail<3>());
-      for (int k = 0; k < 3; ++k) target.col(contact.mesh->triangles()[t][k]) += bar_v[k];
-    }
+    patch.wrench.AddDerivativesTo(side.point_body, side.surface_body, derivatives, dynamics);
   }
 }
 

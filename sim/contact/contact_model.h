@@ -1,98 +1,127 @@
-// All contacts of a scene: spheres on one body against a plane or a mesh on another, as wrenches with derivatives.
+// All contacts of a scene: pairs of shapes on two bodies, as wrenches with derivatives.
 //
-// The surface's body must be fixed or prescribed; only the sphere's body then feels the wrench as an unknown. The
-// contact is evaluated in the surface body's frame S, where its mesh is constant:
+// Each pair becomes one or two sides (point_side.h), points of one body against the surface of the other:
 //
-//   c = X_SW p_WC,  u = velocity of the sphere's centre relative to S,  w = relative angular velocity     (all in S)
+//   sphere against half-space or mesh      the exact integral over the surface, modulus E         (sphere_triangle.h)
+//   sphere against sphere, capsule, box    its centre against the other's core, inflated by both radii, E
+//   box, capsule against half-space        corners, ends, E
+//   mesh against half-space                the mesh's samples, E
+//   box, capsule against mesh              E/2 on the shape's features against the triangles, E/2 on the mesh's samples
+//   box against box                        E/2 on the surface points of each against the other
+//   capsule against capsule, box           its balls against the other's core, inflated by both radii, E
 //
-// and the force law (contact_law.h) is summed over the triangles that the sphere reaches, in the order of their
-// numbers. The wrench on the sphere's body B, its derivatives in the perturbation (eta, dV) of B, and the cotangents of
-// the mesh's vertices follow by the chain rule.
+// The rule behind the halves: each of two surfaces carries half of the elastic foundation, with area weights of its
+// own. A refined mesh spreads its half over more samples of the same total area and leaves the features' half as it is.
+//
+// Between steps every point in contact keeps a bristle (contact_law.h), expressed in the frame of the surface's body.
+// Either body may move; where both do, cross() of the dynamics couples them.
 #pragma once
 
 #include <Eigen/Dense>
-#include <memory>
-#include <string>
 #include <vector>
 
-#include "sim/contact/contact_law.h"
-#include "sim/contact/sphere_triangle.h"
-#include "sim/geometry/triangle_bvh.h"
-#include "sim/geometry/triangle_mesh.h"
+#include "sim/contact/make_sides.h"
+#include "sim/contact/pair_wrench.h"
+#include "sim/contact/point_side.h"
 #include "sim/multibody/dynamics.h"
 
 namespace knap {
 
-// A triangle mesh prepared for contact, in its body's frame. Immutable.
-class ContactMesh {
- public:
-  explicit ContactMesh(const TriangleMesh& mesh);
-  const std::vector<TriangleFrame>& frames() const { return frames_; }
-  const std::vector<Eigen::Vector3i>& triangles() const { return triangles_; }
-  int vertex_count() const { return vertex_count_; }
-  const TriangleBvh& bvh() const { return *bvh_; }
-
- private:
-  std::vector<TriangleFrame> frames_;
-  std::vector<Eigen::Vector3i> triangles_;
-  int vertex_count_ = 0;
-  std::unique_ptr<TriangleBvh> bvh_;
-};
-
-struct SphereContact {
-  int sphere_body = -1;                                 // index in the tree
-  Eigen::Vector3d p_BC = Eigen::Vector3d::Zero();       // the sphere's centre in its body's frame [m]
-  double radius = 0.0;                                  // [m]
-  int surface_body = -1;
-  std::shared_ptr<const ContactMesh> mesh;              // null: the half-space below z = 0 of the surface's body
-  ContactMaterial material;
-};
-
 // What one contact did at the last evaluation, for onset counts, reports and tests.
 struct ContactReport {
   bool active = false;
-  Eigen::Vector3d f_W = Eigen::Vector3d::Zero();  // on the sphere, at its centre [N]
-  Eigen::Vector3d m_W = Eigen::Vector3d::Zero();  // about its centre [N m]
+  Eigen::Vector3d f_W = Eigen::Vector3d::Zero();  // on the first body [N]
+  Eigen::Vector3d m_W = Eigen::Vector3d::Zero();  // about the first body's origin [N m]
+};
+
+// The bristles that are bent, by ascending number of their point.
+struct Bristles {
+  std::vector<int> id;
+  std::vector<Eigen::Vector3d> z;  // [m]
+  void Clear() {
+    id.clear();
+    z.clear();
+  }
+  int size() const { return static_cast<int>(id.size()); }
 };
 
 class ContactModel {
  public:
-  explicit ContactModel(std::vector<SphereContact> contacts);
+  // Throws as MakeSides does.
+  explicit ContactModel(std::vector<ContactPair> contacts);
 
-  const std::vector<SphereContact>& contacts() const { return contacts_; }
+  const std::vector<ContactPair>& contacts() const { return contacts_; }
+  bool has_bristles() const { return has_bristles_; }
 
-  // Adds every contact's wrench, and its derivatives when wanted, to dynamics->external().
-  void AddWrenches(Dynamics* dynamics, bool want_jacobian);
+  // The step that following evaluations belong to: its length and the bristles at its start.
+  void BeginStep(double h, const Bristles& previous);
 
+  // Adds every contact's wrench to dynamics->external().
+  void AddWrenches(Dynamics* dynamics);
+  // Adds the derivatives of the wrenches added last to dynamics->external() and cross().
+  void AddDerivatives(ContactDerivatives derivatives, Dynamics* dynamics);
+
+  // Of the last AddWrenches.
   const std::vector<ContactReport>& reports() const { return reports_; }
+  const Bristles& bristles() const { return bristles_; }
 
-  // Adds to bar_vertices[contact] (3 × vertices of its mesh) the cotangents under Σ_i bar_wrench[i] · F_i, the wrenches
-  // of the last AddWrenches at the same kinematics.
-  void PullBackVertices(const Dynamics& dynamics, const std::vector<Vector6d>& bar_wrench,
-                        std::vector<Eigen::Matrix3Xd>* bar_vertices);
+  // Cotangents, all added: of bodies' perturbations, of the bristles at the step's start (one each), and of meshes.
+  struct Cotangents {
+    std::vector<BodyCotangent> bodies;
+    std::vector<Eigen::Vector3d> previous;
+    std::vector<Eigen::Matrix3Xd> vertices;  // for each contact: of its mesh's, empty without a mesh
+  };
+  Cotangents MakeCotangents(int num_bodies) const;
+
+  // The three of one step, in this order, after AddDerivatives.
+  // Under Σ bar_bristles · bristles(): bodies and previous; vertices are left to PullBackWrenches.
+  void PullBackBristles(const std::vector<Eigen::Vector3d>& bar_bristles, Cotangents* out);
+  // Under Σ_i bar_wrench[i] · F_i: previous and vertices (the bodies' part is in the dynamics' own pull-back).
+  void PullBackWrenches(const std::vector<Vector6d>& bar_wrench, Cotangents* out);
+  // Samples' cotangents are gathered over all steps, and at the end passed on to the vertices.
+  void FinishVertices(Cotangents* out);
 
  private:
-  // The sphere as the surface's body sees it.
-  struct RelativeMotion {
-    Eigen::Matrix3d R_SB;
-    Eigen::Vector3d c;
-    Eigen::Vector3d u;
-    Eigen::Vector3d w;
-    Eigen::Vector3d v_C_B;  // velocity of the centre in the world, expressed in B
+  struct SampleCotangents {
+    Eigen::Matrix3Xd positions;
+    Eigen::VectorXd areas;
   };
-  RelativeMotion CalcRelativeMotion(const Dynamics& dynamics, const SphereContact& contact) const;
-  const std::vector<int>& FindCandidates(int index, const Eigen::Vector3d& c);
-
-  // Triangles near a sphere: valid while the sphere stays within `box`. A cache that changes no result, because a
-  // triangle out of reach contributes nothing.
-  struct Candidates {
-    Eigen::AlignedBox3d box;
-    std::vector<int> triangles;
+  // One point in contact.
+  struct Touch {
+    int point = 0;
+    int previous = -1;          // its bristle among those at the step's start
+    Eigen::Vector3d c, a, u, z;  // z: that bristle
+    ElasticPoint elastic;
+    MeshIntegrals integrals;
+    PointForce force;
+    PointForceJacobian jacobian;
+    ElasticCotangent bar;
   };
+  // The touches of one side, and what they add up to.
+  struct Patch {
+    int begin = 0;
+    int end = 0;
+    PairWrench wrench;
+  };
+  void AddSide(int s, Dynamics* dynamics);
+  bool Rolls(const PointSide& side) const;
+  // One touch's cotangents: under bar_F · (wrench on B about So) + bar_bristle · bristle. bar_e and bar_nu may be null.
+  void PullBackTouch(int s, const Vector6d& bar_F, const Eigen::Vector3d& bar_bristle, Touch* touch, Vector6d* bar_e,
+                     Vector6d* bar_nu, Cotangents* out);
 
-  std::vector<SphereContact> contacts_;
+  std::vector<ContactPair> contacts_;
+  std::vector<PointSide> sides_;
+  std::vector<NearPoints> near_;
+  std::vector<SampleCotangents> bar_samples_;  // of a side with samples
   std::vector<ContactReport> reports_;
-  std::vector<Candidates> candidates_;
+  bool has_bristles_ = false;
+  double h_ = 0.0;
+  Bristles previous_;
+  // Of the last AddWrenches.
+  std::vector<Touch> touches_;
+  int num_touches_ = 0;  // the vector never shrinks
+  std::vector<Patch> patches_;  // of each side
+  Bristles bristles_;
 };
 
 }  // namespace knap

@@ -1,7 +1,9 @@
 #include "sim/gradient/adjoint.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "sim/math/check.h"
 
@@ -73,9 +75,9 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
   const Tree& tree = dynamics->tree();
   const int nv = tree.nv();
   TrajectoryGradient out;
-  for (const SphereContact& contact : contacts->contacts()) {
-    out.vertices.push_back(Eigen::Matrix3Xd::Zero(3, contact.mesh ? contact.mesh->vertex_count() : 0));
-  }
+  ContactModel::Cotangents by_contact = contacts->MakeCotangents(tree.size());
+  std::vector<Vector3d> bar_bristles;  // of state k
+  Bristles previous;
   // Of state k; `before` of k−1.
   VectorXd bar_pose = VectorXd::Zero(nv);
   VectorXd bar_xi = VectorXd::Zero(nv);
@@ -124,7 +126,20 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
     if (k == 0) break;
 
     const BdfCoefficients& c = trajectory.coefficients(k);
-    contacts->AddWrenches(dynamics, true);
+    trajectory.GetBristles(k - 1, &previous);
+    contacts->BeginStep(c.h, previous);
+    contacts->AddWrenches(dynamics);
+    contacts->AddDerivatives(ContactDerivatives::kAll, dynamics);
+    by_contact.previous.assign(previous.z.size(), Vector3d::Zero());
+    if (contacts->has_bristles()) {
+      // What the next step's friction sees of this state.
+      bar_bristles.resize(contacts->bristles().z.size(), Vector3d::Zero());
+      for (BodyCotangent& b : by_contact.bodies) b = BodyCotangent{};
+      contacts->PullBackBristles(bar_bristles, &by_contact);
+      dynamics->PullBackKinematics(&by_contact.bodies, &by_loss, &loss_parameters);
+      bar_pose += by_loss.pose;
+      bar_v += by_loss.v;
+    }
     dynamics->CalcResidual(c.g0, &r, &magnitude);
     if (!dynamics->Factor(xi, c.c_v, c.g0 * c.c_v)) {
       out.solvable = false;
@@ -140,7 +155,8 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
     if (controlled) out.controls.col(controls.IntervalOfStep(step)) -= step_parameters.controls;
     step_parameters.controls.setZero();
     // r = … − f_ext, and the step's equation contributes −lambdaᵀ dr: the wrench's cotangent is +W.
-    contacts->PullBackVertices(*dynamics, dynamics->virtual_twists(), &out.vertices);
+    contacts->PullBackWrenches(dynamics->virtual_twists(), &by_contact);
+    bar_bristles = by_contact.previous;
 
     bar_pose -= by_residual.pose;
     RotateBack(tree, xi, &bar_pose);
@@ -148,6 +164,8 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
     bar_v = bar_v_before - c.g1 * by_residual.vdot;
     bar_v_before = -c.g2 * by_residual.vdot;
   }
+  contacts->FinishVertices(&by_contact);
+  out.vertices = std::move(by_contact.vertices);
   out.loss_rounding = std::sqrt(rounding_squared);
   out.pose0 = bar_pose;
   out.v0 = bar_v;

@@ -7,6 +7,8 @@
 //   (p, w, a) = ∂(lambdaᵀ r)/∂(pose, v, vdot)
 //   bar_pose_{k−1} += Exp(xi)(bar_pose_k − p)             bar_xi_{k−1} −= alpha c_v (bar_v_k − w − g0 a)
 //   bar_v_{k−1} −= g1 a,   bar_v_{k−2} −= g2 a            bar_wrench = + W(lambda)
+//   bar_bristle_{k−1} = ∂(bar_bristle_k · bristle_k + W · f_ext)/∂bristle_{k−1}, and bristle_k's part of state k joins
+//   bar_pose_k and bar_v_k before g is formed
 //   bar_parameter −= ∂(lambdaᵀ r)/∂parameter, beside what the loss itself sees of it
 //
 // One factorisation and one pull-back a step, whatever the number of parameters. Parameters are the numbers that the
@@ -46,7 +48,7 @@ struct TrajectoryGradient {
   std::vector<BodyParameterCotangent> bodies;
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
   Eigen::MatrixXd controls;  // like Trajectory::controls.values
-  std::vector<Eigen::Matrix3Xd> vertices;  // for each contact: of its mesh's vertices, empty for half-spaces
+  std::vector<Eigen::Matrix3Xd> vertices;  // for each contact: of its mesh's vertices, empty without one
 };
 
 // `cotangents` sorted by state, ascending. The trajectory must have converged.

@@ -18,16 +18,27 @@ void Trajectory::Reserve(int states) {
   vdot_.reserve(static_cast<std::size_t>(states) * nv_);
   coefficients_.reserve(states);
   state_of_step_.reserve(states);
+  bristle_start_.reserve(states + 1);
 }
 
 void Trajectory::Append(double time, const BdfCoefficients& c, const VectorXd& q, const VectorXd& v,
-                        const VectorXd& xi, const VectorXd& vdot) {
+                        const VectorXd& xi, const VectorXd& vdot, const Bristles& bristles) {
   times_.push_back(time);
   coefficients_.push_back(c);
   q_.insert(q_.end(), q.data(), q.data() + nq_);
   v_.insert(v_.end(), v.data(), v.data() + nv_);
   xi_.insert(xi_.end(), xi.data(), xi.data() + nv_);
   vdot_.insert(vdot_.end(), vdot.data(), vdot.data() + nv_);
+  bristles_.id.insert(bristles_.id.end(), bristles.id.begin(), bristles.id.end());
+  bristles_.z.insert(bristles_.z.end(), bristles.z.begin(), bristles.z.end());
+  bristle_start_.push_back(bristles_.size());
+}
+
+void Trajectory::GetBristles(int k, Bristles* out) const {
+  const int begin = bristle_start_[k];
+  const int end = bristle_start_[k + 1];
+  out->id.assign(bristles_.id.begin() + begin, bristles_.id.begin() + end);
+  out->z.assign(bristles_.z.begin() + begin, bristles_.z.begin() + end);
 }
 
 void CalcRates(const BdfCoefficients& c, const Eigen::Ref<const VectorXd>& xi,
@@ -61,10 +72,12 @@ Trajectory Simulator::Run(const VectorXd& q0, const VectorXd& v0, const Simulati
   trajectory.controls = controls;
   dynamics_->controls().setZero();
   trajectory.Reserve(options.steps + 1);
-  trajectory.Append(0.0, BdfCoefficients{}, q0, v0, zero_, zero_);
+  bristles_.Clear();
+  trajectory.Append(0.0, BdfCoefficients{}, q0, v0, zero_, zero_, bristles_);
   trajectory.state_of_step_.push_back(0);
   dynamics_->CalcKinematics(q0, v0, zero_, 0.0);
-  contacts_->AddWrenches(dynamics_, false);
+  contacts_->BeginStep(0.0, bristles_);
+  contacts_->AddWrenches(dynamics_);
   was_active_.assign(contacts_->contacts().size(), false);
   CountOnsets(&trajectory);
   trajectory.certificate.contact_onsets = 0;  // what touches from the start has no onset
@@ -96,14 +109,14 @@ bool Simulator::Advance(double time, double h, int depth, const SimulationOption
 }
 
 // Residual at xi_trial_; leaves q_, v_, vdot_, r_, scale_. Returns the scaled residual.
-double Simulator::Evaluate(double time, const BdfCoefficients& c, const Trajectory& trajectory, bool want_jacobian) {
+double Simulator::Evaluate(double time, const BdfCoefficients& c, const Trajectory& trajectory) {
   const int k = trajectory.size() - 1;
   const int before = std::max(k - 1, 0);
   CalcRates(c, xi_trial_, trajectory.xi(k), trajectory.v(k), trajectory.v(before), &v_, &vdot_);
   q_ = trajectory.q(k);
   dynamics_->tree().AddIncrement(q_, xi_trial_, &q_);
   dynamics_->CalcKinematics(q_, v_, vdot_, time + c.h);
-  contacts_->AddWrenches(dynamics_, want_jacobian);
+  contacts_->AddWrenches(dynamics_);
   dynamics_->CalcResidual(c.g0, &r_, &magnitude_);
   scale_.setZero();
   for (Eigen::Index row = 0; row < r_.size(); ++row) {
@@ -122,9 +135,10 @@ double Simulator::Evaluate(double time, const BdfCoefficients& c, const Trajecto
 bool Simulator::SolveStep(double time, const BdfCoefficients& c, const SimulationOptions& options,
                           Trajectory* trajectory) {
   const int k = trajectory->size() - 1;
+  contacts_->BeginStep(c.h, bristles_);
   // Start where constant acceleration would lead.
   xi_trial_ = c.alpha * trajectory->xi(k) + (trajectory->v(k) + c.h * trajectory->vdot(k)) / c.c_v;
-  double scaled = Evaluate(time, c, *trajectory, true);
+  double scaled = Evaluate(time, c, *trajectory);
   // Judged by the scales before the step, so that growing forces do not hide a growing residual; a joint on which
   // next to nothing acted has none yet, and takes the trial's.
   const auto merit = [&] {
@@ -141,6 +155,7 @@ bool Simulator::SolveStep(double time, const BdfCoefficients& c, const Simulatio
     if (iteration == options.newton_max_iterations) return false;
     ++trajectory->certificate.newton_iterations;
     xi_ = xi_trial_;
+    contacts_->AddDerivatives(ContactDerivatives::kSolve, dynamics_);
     if (!dynamics_->Factor(xi_, c.c_v, c.g0 * c.c_v)) return false;
     dynamics_->Solve(r_, &dx_);
     scale_now_ = scale_;
@@ -150,7 +165,7 @@ bool Simulator::SolveStep(double time, const BdfCoefficients& c, const Simulatio
     double length = 1.0;
     while (true) {
       xi_trial_ = xi_ - length * dx_;
-      scaled = Evaluate(time, c, *trajectory, true);
+      scaled = Evaluate(time, c, *trajectory);
       if (scaled <= options.newton_tolerance) break;
       if (std::isfinite(scaled) && merit() <= (1.0 - 1e-4 * length) * merit_now) break;
       length *= 0.5;
@@ -158,14 +173,15 @@ bool Simulator::SolveStep(double time, const BdfCoefficients& c, const Simulatio
       // Nothing along the step is better. Near the rounding floor that is an end, elsewhere a failure.
       if (scaled_now > kRoundingFloor) return false;
       xi_trial_ = xi_;
-      scaled = Evaluate(time, c, *trajectory, true);
+      scaled = Evaluate(time, c, *trajectory);
       at_floor = true;
       break;
     }
     if (at_floor) break;
   }
   trajectory->certificate.worst_residual = std::max(trajectory->certificate.worst_residual, scaled);
-  trajectory->Append(time + c.h, c, q_, v_, xi_trial_, vdot_);
+  bristles_ = contacts_->bristles();
+  trajectory->Append(time + c.h, c, q_, v_, xi_trial_, vdot_, bristles_);
   CountOnsets(trajectory);
   if (observer) observer(time + c.h);
   return true;

@@ -52,6 +52,8 @@ class Trajectory {
   // xi(k), vdot(k) and coefficients(k) belong to the step from k−1 to k; zero for k = 0.
   Eigen::Map<const Eigen::VectorXd> xi(int k) const { return {xi_.data() + k * nv_, nv_}; }
   Eigen::Map<const Eigen::VectorXd> vdot(int k) const { return {vdot_.data() + k * nv_, nv_}; }
+  // The bristles of the contacts at state k.
+  void GetBristles(int k, Bristles* out) const;
   const BdfCoefficients& coefficients(int k) const { return coefficients_[k]; }
   // The state at the end of whole step n (0: the start), n ≤ whole_steps().
   int state_of_step(int n) const { return state_of_step_[n]; }
@@ -64,7 +66,7 @@ class Trajectory {
   friend class Simulator;
   void Reserve(int states);
   void Append(double time, const BdfCoefficients& c, const Eigen::VectorXd& q, const Eigen::VectorXd& v,
-              const Eigen::VectorXd& xi, const Eigen::VectorXd& vdot);
+              const Eigen::VectorXd& xi, const Eigen::VectorXd& vdot, const Bristles& bristles);
 
   int nq_;
   int nv_;
@@ -75,6 +77,8 @@ class Trajectory {
   std::vector<double> vdot_;
   std::vector<BdfCoefficients> coefficients_;
   std::vector<int> state_of_step_;
+  Bristles bristles_;  // of all states, one after the other
+  std::vector<int> bristle_start_{0};
 };
 
 // The rate v and acceleration that an increment xi means for the step to state k+1 of the trajectory.
@@ -97,13 +101,14 @@ class Simulator {
  private:
   bool Advance(double time, double h, int depth, const SimulationOptions& options, Trajectory* trajectory);
   bool SolveStep(double time, const BdfCoefficients& c, const SimulationOptions& options, Trajectory* trajectory);
-  double Evaluate(double time, const BdfCoefficients& c, const Trajectory& trajectory, bool want_jacobian);
+  double Evaluate(double time, const BdfCoefficients& c, const Trajectory& trajectory);
   void CountOnsets(Trajectory* trajectory);
 
   Dynamics* dynamics_;
   ContactModel* contacts_;
   std::vector<bool> was_active_;
   std::vector<int> joint_of_row_;
+  Bristles bristles_;  // at the start of the step
   // Scratch of one step.
   Eigen::VectorXd q_, v_, xi_, xi_trial_, vdot_, r_, magnitude_, scale_, scale_now_, dx_, zero_;
 };

@@ -163,7 +163,9 @@ void Dynamics::CalcResidual(double rate, VectorXd* r, VectorXd* magnitude) {
     F_[i] = inertial + gyroscopic - external_[i].F;
     F_magnitude_[i] =
         inertial.cwiseAbs() + gyroscopic.cwiseAbs() + external_[i].F.cwiseAbs() + rate * momentum.cwiseAbs();
-    F_magnitude_[i].head<3>().array() += external_[i].moment_scale;
+    // v × m v cancels, but not its rounding.
+    F_magnitude_[i].head<3>().array() +=
+        external_[i].moment_scale + kinematics_[i].V.tail<3>().norm() * momentum.tail<3>().norm();
   }
   for (int i = tree_->size() - 1; i >= 0; --i) {
     if (!dynamic_[i]) continue;

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -30,33 +33,61 @@ Matrix3d RotationFromRpy(const Vector3d& rpy) {
 
 constexpr double kPi = 3.141592653589793238462643383279502884;
 
-double CalcSphereVolume(double radius) { return 4.0 / 3.0 * kPi * radius * radius * radius; }
+// A body that fills its shape with unit density.
+struct UnitBody {
+  double volume = 0.0;  // [m³]
+  Vector3d center = Vector3d::Zero();
+  Vector3d moments_per_mass = Vector3d::Zero();  // about the centre [m²]
+};
+
+std::optional<UnitBody> MakeUnitBody(const std::optional<Shape>& shape) {
+  if (!shape) return {};
+  if (const auto* sphere = std::get_if<SphereShape>(&*shape)) {
+    const double r = sphere->radius;
+    return UnitBody{4.0 / 3.0 * kPi * r * r * r, Vector3d::Zero(), Vector3d::Constant(0.4 * r * r)};
+  }
+  if (const auto* box = std::get_if<BoxShape>(&*shape)) {
+    const Vector3d s2 = box->size.cwiseAbs2() / 12.0;
+    return UnitBody{box->size.prod(), box->center, Vector3d(s2.y() + s2.z(), s2.x() + s2.z(), s2.x() + s2.y())};
+  }
+  if (const auto* capsule = std::get_if<CapsuleShape>(&*shape)) {
+    const double r = capsule->radius;
+    const double l = capsule->length;
+    const double cylinder = kPi * r * r * l;
+    const double ends = 4.0 / 3.0 * kPi * r * r * r;
+    const double volume = cylinder + ends;
+    // Half spheres have their centres of mass 3r/8 beyond the cylinder's ends.
+    const double across = cylinder * (l * l / 12.0 + r * r / 4.0) +
+                          ends * (0.4 * r * r + l * l / 4.0 + 3.0 / 8.0 * l * r);
+    const double along = cylinder * 0.5 * r * r + ends * 0.4 * r * r;
+    return UnitBody{volume, capsule->center, Vector3d(across, across, along) / volume};
+  }
+  return {};
+}
 
 Matrix6d MakeInertia(const Body& body) {
   if (!body.inertia) return Matrix6d::Zero();
-  const auto solid = [&](double mass) {
-    const SphereShape* sphere = body.shape ? std::get_if<SphereShape>(&*body.shape) : nullptr;
-    if (sphere == nullptr) {
-      throw std::runtime_error(
-          fmt::format("body '{}': a solid inertia needs a sphere as shape; give it explicitly", body.name));
+  const auto solid = [&](const auto& mass_of_volume) {
+    const std::optional<UnitBody> unit = MakeUnitBody(body.shape);
+    if (!unit) {
+      throw std::runtime_error(fmt::format(
+          "body '{}': a solid inertia needs a sphere, capsule or box as shape; give it explicitly", body.name));
     }
-    return MakeSpatialInertia(mass, Vector3d::Zero(),
-                              0.4 * mass * sphere->radius * sphere->radius * Matrix3d::Identity());
+    const double mass = mass_of_volume(unit->volume);
+    const Vector3d moments = mass * unit->moments_per_mass;
+    return MakeSpatialInertia(mass, unit->center, moments.asDiagonal());
   };
-  return std::visit(Overloaded{[&](const SolidInertia& i) { return solid(i.mass); },
-                               [&](const DensityInertia& i) {
-                                 const SphereShape* sphere =
-                                     body.shape ? std::get_if<SphereShape>(&*body.shape) : nullptr;
-                                 return solid(i.density * (sphere ? CalcSphereVolume(sphere->radius) : 0.0));
-                               },
-                               [](const ExplicitInertia& i) {
-                                 Matrix3d I = i.moments.asDiagonal();
-                                 I(0, 1) = I(1, 0) = i.products(0);
-                                 I(0, 2) = I(2, 0) = i.products(1);
-                                 I(1, 2) = I(2, 1) = i.products(2);
-                                 return MakeSpatialInertia(i.mass, i.center, I);
-                               }},
-                    *body.inertia);
+  return std::visit(
+      Overloaded{[&](const SolidInertia& i) { return solid([&](double) { return i.mass; }); },
+                 [&](const DensityInertia& i) { return solid([&](double volume) { return i.density * volume; }); },
+                 [](const ExplicitInertia& i) {
+                   Matrix3d I = i.moments.asDiagonal();
+                   I(0, 1) = I(1, 0) = i.products(0);
+                   I(0, 2) = I(2, 0) = i.products(1);
+                   I(1, 2) = I(2, 1) = i.products(2);
+                   return MakeSpatialInertia(i.mass, i.center, I);
+                 }},
+      *body.inertia);
 }
 
 PrescribedMotion MakeMotion(const Motion& motion) {
@@ -175,36 +206,29 @@ const Body& FindBody(const Scene& scene, const std::string& name) {
   throw std::runtime_error(fmt::format("no body '{}'", name));
 }
 
-SphereContact MakeContact(const Scene& scene, const SceneModel& model, const Contact& contact,
-                          const std::shared_ptr<const ContactMesh>& mesh) {
-  const auto sphere_of = [&](const std::string& name) {
-    const Body& body = FindBody(scene, name);
-    return body.shape ? std::get_if<SphereShape>(&*body.shape) : nullptr;
-  };
-  const bool first = sphere_of(contact.bodies[0]) != nullptr;
-  const std::string& ball = contact.bodies[first ? 0 : 1];
-  const std::string& surface = contact.bodies[first ? 1 : 0];
-  const SphereShape* sphere = sphere_of(ball);
-  const Body& other = FindBody(scene, surface);
-  const bool on_mesh = other.shape && std::holds_alternative<DesignedMeshShape>(*other.shape);
-  const bool on_plane = other.shape && std::holds_alternative<HalfSpaceShape>(*other.shape);
-  if (sphere == nullptr || !(on_mesh || on_plane)) {
-    throw std::runtime_error(
-        fmt::format("contact of '{}' and '{}': one must be a sphere, the other a half_space or the designed mesh",
-                    contact.bodies[0], contact.bodies[1]));
+ContactGeometry MakeGeometry(const Shape& shape, const std::shared_ptr<const ContactMesh>& mesh) {
+  return std::visit(
+      Overloaded{[](const HalfSpaceShape&) -> ContactGeometry { return HalfSpaceGeometry{}; },
+                 [](const SphereShape& s) -> ContactGeometry { return SphereGeometry{s.radius, Vector3d::Zero()}; },
+                 [](const CapsuleShape& s) -> ContactGeometry {
+                   return CapsuleGeometry{s.radius, 0.5 * s.length, s.center};
+                 },
+                 [](const BoxShape& s) -> ContactGeometry { return BoxGeometry{0.5 * s.size, s.rounding, s.center}; },
+                 [&](const DesignedMeshShape&) -> ContactGeometry { return MeshGeometry{mesh}; }},
+      shape);
+}
+
+ContactPair MakeContact(const Scene& scene, const SceneModel& model, const Contact& contact,
+                        const std::shared_ptr<const ContactMesh>& mesh) {
+  ContactPair out;
+  for (int k = 0; k < 2; ++k) {
+    const Body& body = FindBody(scene, contact.bodies[k]);
+    if (!body.shape) throw std::runtime_error(fmt::format("body '{}' has no shape to touch with", body.name));
+    out.bodies[k] = model.body_index.at(body.name);
+    out.shapes[k] = MakeGeometry(*body.shape, mesh);
   }
-  SphereContact out;
-  out.sphere_body = model.body_index.at(ball);
-  out.surface_body = model.body_index.at(surface);
-  out.radius = sphere->radius;
-  out.mesh = on_mesh ? mesh : nullptr;
-  out.material = {contact.stiffness, contact.damping, contact.friction, contact.rolling_resistance, contact.slip_speed};
-  if (model.tree.IsDynamic(out.surface_body)) {
-    throw std::runtime_error(
-        fmt::format("contact of '{}' and '{}': '{}' moves freely; the surface of a contact must be on a fixed or "
-                    "prescribed body",
-                    ball, surface, surface));
-  }
+  out.material = {contact.stiffness,  contact.damping,    contact.friction,
+                  contact.rolling_resistance, contact.slip_speed, contact.stick_distance};
   return out;
 }
 
@@ -234,6 +258,22 @@ SceneModel BuildModel(const Scene& scene, std::shared_ptr<const ContactMesh> mes
   }
   for (const Contact& contact : scene.contacts) model.contacts.push_back(MakeContact(scene, model, contact, mesh));
   return model;
+}
+
+std::shared_ptr<const SurfaceSampling> MakeSampling(const Scene& scene, const TriangleMesh& reference) {
+  double spacing = std::numeric_limits<double>::infinity();
+  bool on_plane = false;
+  for (const Contact& contact : scene.contacts) {
+    for (int k = 0; k < 2; ++k) {
+      const std::optional<Shape>& shape = FindBody(scene, contact.bodies[k]).shape;
+      const std::optional<Shape>& other = FindBody(scene, contact.bodies[1 - k]).shape;
+      if (!shape || !other || !std::holds_alternative<DesignedMeshShape>(*shape)) continue;
+      on_plane = on_plane || std::holds_alternative<HalfSpaceShape>(*other);
+      spacing = std::min(spacing, CalcSampleSpacing(MakeGeometry(*other, nullptr)));
+    }
+  }
+  if (std::isinf(spacing) && !on_plane) return nullptr;
+  return std::make_shared<SurfaceSampling>(reference, spacing);
 }
 
 }  // namespace knap

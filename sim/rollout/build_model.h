@@ -17,14 +17,18 @@ namespace knap {
 
 struct SceneModel {
   Tree tree;
-  std::vector<SphereContact> contacts;
+  std::vector<ContactPair> contacts;
   std::map<std::string, int> body_index;  // name → index in the tree
   Eigen::VectorXd q0;
   Eigen::VectorXd v0;
 };
 
 // `mesh` is the designed body's, null without one. Throws std::runtime_error with one line naming what this simulator
-// cannot do: a contact between two moving bodies, a contact without a sphere, a designed body that moves freely.
+// cannot do: a designed body that moves freely, a contact of a body without a shape. Contacts that ContactModel refuses
+// are reported there.
 SceneModel BuildModel(const Scene& scene, std::shared_ptr<const ContactMesh> mesh);
+
+// The sample points that the contacts of the designed mesh need, on its initial shape; null when they need none.
+std::shared_ptr<const SurfaceSampling> MakeSampling(const Scene& scene, const TriangleMesh& reference);
 
 }  // namespace knap

@@ -21,11 +21,6 @@ bool HasShape(const Body& body) {
   return body.shape && std::holds_alternative<T>(*body.shape);
 }
 
-const char* GetShapeName(const Body& body) {
-  if (HasShape<SphereShape>(body)) return "sphere";
-  return HasShape<HalfSpaceShape>(body) ? "half_space" : "designed_mesh";
-}
-
 class ModelChecker {
  public:
   explicit ModelChecker(LoadedScenario& scenario)
@@ -72,7 +67,7 @@ class ModelChecker {
     }
     if (HasShape<DesignedMeshShape>(body) && body.inertia && !std::holds_alternative<ExplicitInertia>(*body.inertia)) {
       Report({"bodies." + body.name + ".inertia.type", GetShapePath(body)},
-             "needs a sphere as shape; give an explicit inertia");
+             "needs a sphere, capsule or box as shape; give an explicit inertia");
     }
   }
 
@@ -81,20 +76,11 @@ class ModelChecker {
     const Body* a = FindBody(scene_.contacts[i].bodies[0]);
     const Body* b = FindBody(scene_.contacts[i].bodies[1]);
     if (a == nullptr || b == nullptr || a == b || !a->shape || !b->shape) return;  // reported by CheckScene
-    const bool a_is_sphere = HasShape<SphereShape>(*a);
-    if (a_is_sphere == HasShape<SphereShape>(*b)) {
-      Report({path, GetShapePath(*a), GetShapePath(*b)},
-             fmt::format("a contact needs a sphere and a half_space, or a sphere and the designed_mesh, but {} is a {} "
-                         "and {} a {}",
-                         a->name, GetShapeName(*a), b->name, GetShapeName(*b)));
-      return;
-    }
-    const Body* mover = FindMover(a_is_sphere ? *b : *a);
-    if (mover != nullptr) {
-      Report({fmt::format("{}[{}]", path, a_is_sphere ? 1 : 0), GetJointPath(*mover)},
-             fmt::format("the surface that a sphere touches must be on a body that forces do not move, and the joint "
-                         "of {} lets them",
-                         mover->name));
+    if (HasShape<HalfSpaceShape>(*a) && HasShape<HalfSpaceShape>(*b)) {
+      Report({path, GetShapePath(*a), GetShapePath(*b)}, "two half_spaces do not touch");
+    } else if (FindMover(*a) == nullptr && FindMover(*b) == nullptr) {
+      Report({path, GetJointPath(*a), GetJointPath(*b)},
+             fmt::format("forces move neither {} nor {}, so their contact does nothing", a->name, b->name));
     }
   }
 

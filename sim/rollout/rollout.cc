@@ -57,6 +57,7 @@ SimulationOptions MakeOptions(const Rollout& rollout) {
 RolloutModel::RolloutModel(const std::map<std::string, std::string>& files) : scene_(ParseScenarioFiles(files)) {
   if (scene_.design) {
     design_ = MakeCageDesign(*scene_.design, files);
+    sampling_ = MakeSampling(scene_, design_->initial_mesh());
     parameter_ranges_.resize(num_parameters());
     for (int i = 0; i < num_parameters(); ++i) {
       const DesignParameter& parameter = scene_.design->parameters[static_cast<std::size_t>(i)];
@@ -64,7 +65,7 @@ RolloutModel::RolloutModel(const std::map<std::string, std::string>& files) : sc
     }
   }
   // Whatever this simulator cannot do shows now, not in the first rollout.
-  BuildModel(scene_, design_ ? GetMesh(design_->initial_theta()) : nullptr);
+  ContactModel(BuildModel(scene_, design_ ? GetMesh(design_->initial_theta()) : nullptr).contacts);
 }
 
 std::shared_ptr<const ContactMesh> RolloutModel::GetMesh(const VectorXd& theta) {
@@ -75,7 +76,7 @@ std::shared_ptr<const ContactMesh> RolloutModel::GetMesh(const VectorXd& theta) 
       return meshes_.front().second;
     }
   }
-  meshes_.emplace_front(theta, std::make_shared<ContactMesh>(design_->CalcMesh(theta)));
+  meshes_.emplace_front(theta, std::make_shared<ContactMesh>(design_->CalcMesh(theta), sampling_));
   if (meshes_.size() > kCachedMeshes) meshes_.pop_back();
   return meshes_.front().second;
 }

@@ -83,6 +83,7 @@ class RolloutModel {
 
   Scene scene_;
   std::optional<CageDesign> design_;
+  std::shared_ptr<const SurfaceSampling> sampling_;  // of the designed mesh
   Eigen::VectorXd parameter_ranges_;  // upper − lower
   std::list<std::pair<Eigen::VectorXd, std::shared_ptr<const ContactMesh>>> meshes_;
   std::list<Reference> references_;

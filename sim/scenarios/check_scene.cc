@@ -61,6 +61,13 @@ class SceneChecker {
              "a body that forces move needs an inertia; only fixed and prescribed ones do without");
     }
     if (body.inertia) CheckInertia(body, path + ".inertia");
+    if (const BoxShape* box = body.shape ? std::get_if<BoxShape>(&*body.shape) : nullptr) {
+      const double most = 0.5 * box->size.minCoeff();
+      if (box->rounding > most) {
+        Report({path + ".shape.rounding", path + ".shape.size"},
+               fmt::format("must be at most half the least size, {}", FormatQuantity(most, kLength)));
+      }
+    }
     std::visit(
         [&](const auto& joint) {
           if constexpr (requires { joint.axis; }) {
@@ -104,7 +111,7 @@ class SceneChecker {
     const bool has_volume = body.shape && !std::holds_alternative<HalfSpaceShape>(*body.shape);
     if (!has_volume) {
       Report({path + ".type", path, "bodies." + body.name + ".shape"},
-             "needs a shape with a volume (sphere or designed_mesh); else give an explicit inertia");
+             "needs a shape with a volume (sphere, capsule, box or designed_mesh); else give an explicit inertia");
     }
   }
 

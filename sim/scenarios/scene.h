@@ -127,10 +127,24 @@ struct SphereShape {
   double radius = 0.0;  // [m]
 };
 
+// A cylinder along Bz of the given length with half a sphere on either end.
+struct CapsuleShape {
+  double radius = 0.0;                                // [m]
+  double length = 0.0;                                // between the centres of the half spheres [m]
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();   // in B [m]
+};
+
+// A box along the axes of B, its edges and corners rounded for contact.
+struct BoxShape {
+  Eigen::Vector3d size = Eigen::Vector3d::Zero();     // [m]
+  double rounding = 0.0;                              // radius [m], at most half the least size
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();   // in B [m]
+};
+
 // The tool: Scene::design gives its mesh, in B. At most one body has it.
 struct DesignedMeshShape {};
 
-using Shape = std::variant<HalfSpaceShape, SphereShape, DesignedMeshShape>;
+using Shape = std::variant<HalfSpaceShape, SphereShape, CapsuleShape, BoxShape, DesignedMeshShape>;
 
 // The body fills its shape with one density, found from the total mass.
 struct SolidInertia {
@@ -170,6 +184,7 @@ struct Contact {
   double friction = 0.0;              // Coulomb's μ [-]
   double rolling_resistance = 0.0;    // r in the torque r·radius·N against rolling [-]
   double slip_speed = 1e-3;           // speed at which friction is fully developed [m/s]
+  double stick_distance = 0.0;        // by which a sticking point gives way; 0: slip_speed alone counts [m]
 };
 
 // ---- Design -------------------------------------------------------------------------------------------------------

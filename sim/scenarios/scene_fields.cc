@@ -160,11 +160,28 @@ static void VisitFields(FieldVisitor& v, SphereShape& s) {
            s.radius);
 }
 
+static void VisitFields(FieldVisitor& v, CapsuleShape& s) {
+  v.Number({.key = "radius", .doc = "of the cylinder and its round ends", .dimension = kLength, .range = kPositive},
+           s.radius);
+  v.Number({.key = "length", .doc = "of the cylinder, along Bz", .dimension = kLength, .range = kPositive}, s.length);
+  VisitVector(v, "center", "in B", kLength, s.center);
+}
+
+static void VisitFields(FieldVisitor& v, BoxShape& s) {
+  v.Numbers({.key = "size", .doc = "along the axes of B", .dimension = kLength, .range = kPositive}, s.size);
+  v.Number({.key = "rounding",
+            .doc = "radius of edges and corners in contact, at most half the least size",
+            .dimension = kLength,
+            .range = kPositive},
+           s.rounding);
+  VisitVector(v, "center", "in B", kLength, s.center);
+}
+
 static void VisitFields(FieldVisitor&, DesignedMeshShape&) {}
 
 static void VisitFields(FieldVisitor& v, Shape& shape) {
   v.OneOf({.key = "type", .doc = "half_space: solid below the plane z = 0 of B; designed_mesh: see `design`"}, shape,
-          {"half_space", "sphere", "designed_mesh"});
+          {"half_space", "sphere", "capsule", "box", "designed_mesh"});
 }
 
 static void VisitFields(FieldVisitor& v, SolidInertia& i) {
@@ -235,6 +252,12 @@ static void VisitFields(FieldVisitor& v, Contact& c) {
             .dimension = kSpeed,
             .range = kPositive},
            c.slip_speed);
+  v.Number({.key = "stick_distance",
+            .doc = "by which a sticking point gives way without creeping; 0: friction follows slip_speed alone",
+            .required = false,
+            .dimension = kLength,
+            .range = kNonNegative},
+           c.stick_distance);
 }
 
 // ---- Design -------------------------------------------------------------------------------------------------------

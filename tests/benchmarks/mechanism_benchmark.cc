@@ -1,5 +1,4 @@
-// Speed of mechanisms without contact: steps a second, and what a gradient in everything costs beside them. Prints;
-// gates nothing.
+// Speed of mechanisms: steps a second, and what a gradient in everything costs beside them. Prints; gates nothing.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
@@ -8,6 +7,7 @@
 #include "sim/gradient/adjoint.h"
 #include "sim/integrators/simulate.h"
 #include "tests/sim/dynamics/mechanisms.h"
+#include "tests/sim/dynamics/rope.h"
 
 namespace knap {
 namespace {
@@ -21,17 +21,20 @@ double Now() {
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-// Runs forward and adjoint in turn and reports both against each other.
-void Measure(benchmark::State& state, const Tree& tree, const SimulationOptions& options,
-             const ControlSequence& controls) {
-  Dynamics dynamics(tree);
-  ContactModel none({});
-  Simulator simulator(&dynamics, &none);
-  // Away from every symmetry.
+VectorXd MakeCrookedPositions(const Tree& tree) {
   VectorXd q0 = tree.MakeDefaultPositions();
   VectorXd start = VectorXd::Zero(tree.nv());
   for (Eigen::Index k = 0; k < start.size(); ++k) start(k) = 0.2 * std::sin(static_cast<double>(k + 1));
   tree.AddIncrement(tree.MakeDefaultPositions(), start, &q0);
+  return q0;
+}
+
+// Runs forward and adjoint in turn and reports both against each other.
+void Measure(benchmark::State& state, const Tree& tree, const std::vector<ContactPair>& pairs, const VectorXd& q0,
+             const SimulationOptions& options, const ControlSequence& controls) {
+  Dynamics dynamics(tree);
+  ContactModel contacts(pairs);
+  Simulator simulator(&dynamics, &contacts);
   const VectorXd v0 = VectorXd::Zero(tree.nv());
   double forward = 0.0;
   double adjoint = 0.0;
@@ -54,7 +57,7 @@ void Measure(benchmark::State& state, const Tree& tree, const SimulationOptions&
       cotangents.push_back(at);
     }
     const double t2 = Now();
-    const TrajectoryGradient gradient = SweepAdjoint(trajectory, cotangents, &dynamics, &none);
+    const TrajectoryGradient gradient = SweepAdjoint(trajectory, cotangents, &dynamics, &contacts);
     const double t3 = Now();
     benchmark::DoNotOptimize(gradient.pose0.data());
     forward += t1 - t0;
@@ -81,7 +84,7 @@ void BM_Finger(benchmark::State& state) {
   for (Eigen::Index i = 0; i < controls.values.size(); ++i) {
     controls.values(i) = 0.1 * std::sin(1.7 * static_cast<double>(i));
   }
-  Measure(state, tree, options, controls);
+  Measure(state, tree, {}, MakeCrookedPositions(tree), options, controls);
 }
 BENCHMARK(BM_Finger)->Unit(benchmark::kMillisecond);
 
@@ -92,9 +95,23 @@ void BM_Chain(benchmark::State& state) {
   options.step = 2e-3;
   options.steps = 250;
   options.newton_tolerance = 1e-10;
-  Measure(state, tree, options, {});
+  Measure(state, tree, {}, MakeCrookedPositions(tree), options, {});
 }
 BENCHMARK(BM_Chain)->Arg(5)->Arg(10)->Arg(15)->Arg(20)->Arg(40)->Arg(80)->Unit(benchmark::kMillisecond);
+
+// Half a second of a rope that falls onto the spool it is wound around.
+// Argument: the size of the spool's ends, in percent of its middle.
+void BM_RopeOnSpool(benchmark::State& state) {
+  const double side = 0.05;
+  const auto rope = test::MakeWoundRope(test::MakeSpool(side, 0.01 * side * static_cast<double>(state.range(0))),
+                                        {2e8, 2.0, 0.3, 0.0, 1e-3, 2e-5});
+  SimulationOptions options;
+  options.step = 2e-3;
+  options.steps = 250;
+  options.newton_tolerance = 1e-10;
+  Measure(state, rope.scene.tree, rope.scene.contacts, rope.scene.q0(), options, {});
+}
+BENCHMARK(BM_RopeOnSpool)->Arg(100)->Arg(200)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace knap

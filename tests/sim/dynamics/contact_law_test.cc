@@ -7,6 +7,9 @@
 #include <cmath>
 #include <random>
 
+#include "sim/contact/elastic_point.h"
+#include "sim/math/so3.h"
+
 namespace knap {
 namespace {
 
@@ -14,6 +17,13 @@ using Eigen::Vector3d;
 
 constexpr double kRadius = 0.01;
 
+struct SphereForce {
+  Vector3d f;  // at the contact
+  Vector3d m;  // about the sphere's centre
+  Eigen::Matrix<double, 6, 10> jacobian = Eigen::Matrix<double, 6, 10>::Zero();
+};
+
+// A sphere pressed against a surface: what its integrals W and g and its motion make of the law.
 struct Patch {
   ContactMaterial material;
   double W;
@@ -21,8 +31,40 @@ struct Patch {
   Vector3d u;
   Vector3d w;
 
-  PatchForce Calc(bool want_jacobian = false) const {
-    return CalcPatchForce(material, kRadius, W, g, u, w, want_jacobian);
+  SphereForce Calc(bool want_jacobian = false) const {
+    MeshIntegrals integrals;
+    integrals.W = W;
+    integrals.g = g;
+    ElasticPoint e;
+    IntegralJacobian d;
+    CalcSphereOnMesh(integrals, material.stiffness, kRadius, &e, &d);
+    PointForceJacobian j;
+    const Vector3d at_point = u + w.cross(e.l);
+    const PointForce force = CalcPointForce(material, e.N, e.N_light, e.n, at_point, Vector3d::Zero(), 0.0,
+                                            want_jacobian ? &j : nullptr);
+    const RollingMoment rolling = CalcRollingMoment(material, kRadius, force.N, e.n, w);
+    SphereForce out{force.f, e.l.cross(force.f) + rolling.m};
+    if (!want_jacobian) return out;
+    // Columns: 0 W, 1–3 g, 4–6 u, 7–9 w.
+    using Matrix3x10 = Eigen::Matrix<double, 3, 10>;
+    using Row10 = Eigen::Matrix<double, 1, 10>;
+    Row10 dNe = Row10::Zero();
+    dNe(0) = d.dN_dW;
+    dNe.segment<3>(1) = d.dN_dg.transpose();
+    Matrix3x10 dn = Matrix3x10::Zero();
+    dn.middleCols<3>(1) = d.dn_dg;
+    Matrix3x10 dl = Matrix3x10::Zero();
+    dl.col(0) = d.dl_dW;
+    dl.middleCols<3>(1) = d.dl_dg;
+    Matrix3x10 du = Skew(w) * dl;
+    du.middleCols<3>(4) += Eigen::Matrix3d::Identity();
+    du.middleCols<3>(7) -= Skew(e.l);
+    const Row10 dN = j.dN_dNe * dNe + j.dN_dn.transpose() * dn + j.dN_du.transpose() * du;
+    const Matrix3x10 df = j.df_dNe * dNe + j.df_dn * dn + j.df_du * du;
+    Matrix3x10 dm = Skew(e.l) * df - Skew(force.f) * dl + rolling.dm_dN * dN + rolling.dm_dn * dn;
+    dm.rightCols<3>() += rolling.dm_dw;
+    out.jacobian << df, dm;
+    return out;
   }
   Vector3d normal() const { return g.normalized(); }
   Vector3d lever() const { return -g / W; }
@@ -63,7 +105,7 @@ TEST(ContactLaw, FrictionStaysInTheConeOfTheNormalForceAndOpposesSlip) {
   double fullest = 0.0;
   for (int i = 0; i < 20000; ++i) {
     const Patch p = patches.Make();
-    const PatchForce force = p.Calc();
+    const SphereForce force = p.Calc();
     const double N = p.NormalForce();
     active += N > 0.0;
     const Vector3d f_t = force.f - p.normal() * p.normal().dot(force.f);
@@ -124,7 +166,7 @@ TEST(ContactLaw, JacobianEqualsDifferences) {
     // Speeds about the slip speed, where the law bends most; the ramp's start, of jumping third derivative, is beyond.
     p.u = 3.0 * p.material.slip_speed * Vector3d(patches.U(), patches.U(), patches.U());
     p.w = 300.0 * p.material.slip_speed * Vector3d(patches.U(), patches.U(), patches.U());
-    const PatchForce at = p.Calc(true);
+    const SphereForce at = p.Calc(true);
     const double scales[] = {p.W, p.g.norm(), p.material.slip_speed, p.material.slip_speed / kRadius};
     const double force = at.f.norm();
     for (int column = 0; column < 10; ++column) {
@@ -136,7 +178,7 @@ TEST(ContactLaw, JacobianEqualsDifferences) {
         if (column >= 1 && column < 4) q.g(column - 1) += s;
         if (column >= 4 && column < 7) q.u(column - 4) += s;
         if (column >= 7) q.w(column - 7) += s;
-        const PatchForce f = q.Calc();
+        const SphereForce f = q.Calc();
         Eigen::Matrix<double, 6, 1> wrench;
         wrench << f.f, f.m / kRadius;
         return wrench;

@@ -31,7 +31,7 @@ class Probe {
     scene_.v0.head<3>() = v;
     scene_.v0.tail<3>() = w;
     dynamics_->CalcKinematics(scene_.q0, scene_.v0, Eigen::VectorXd::Zero(6), 0.0);
-    contacts_->AddWrenches(dynamics_.get(), false);
+    contacts_->AddWrenches(dynamics_.get());
     Vector6d wrench;
     wrench << contacts_->reports()[0].f_W, contacts_->reports()[0].m_W / scene_.radius;
     return wrench;

@@ -48,7 +48,7 @@ struct LinearLoss {
 };
 
 // Checks d(loss)/d(initial pose, initial rates) of a tree.
-void CheckInitialState(const Tree& tree, std::vector<SphereContact> contact_list, const VectorXd& q0,
+void CheckInitialState(const Tree& tree, std::vector<ContactPair> contact_list, const VectorXd& q0,
                        const VectorXd& v0, const SimulationOptions& options, const LinearLoss& loss,
                        double tolerance) {
   Dynamics dynamics(tree);
@@ -147,7 +147,7 @@ TEST_P(OrderTest, BallAgainstAMovingMeshFollowsItsVertices) {
   Dynamics dynamics(scene.tree);
   const auto evaluate = [&](const TriangleMesh& shape, Eigen::Matrix3Xd* bar) {
     auto list = scene.contacts;
-    list[1].mesh = std::make_shared<ContactMesh>(shape);
+    list[1].shapes[1] = MeshGeometry{std::make_shared<ContactMesh>(shape)};
     ContactModel contacts(list);
     const Trajectory t = Simulator(&dynamics, &contacts).Run(scene.q0, scene.v0, options);
     EXPECT_TRUE(t.certificate.converged);

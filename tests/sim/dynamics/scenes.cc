@@ -67,7 +67,7 @@ std::vector<BallSample> RunBall(const BallScene& scene, const SimulationOptions&
     samples.push_back(sample);
   };
   dynamics.CalcKinematics(scene.q0, scene.v0, Eigen::VectorXd::Zero(scene.tree.nv()), 0.0);
-  contacts.AddWrenches(&dynamics, false);
+  contacts.AddWrenches(&dynamics);
   record(0.0);
   simulator.observer = record;
   const Trajectory trajectory = simulator.Run(scene.q0, scene.v0, options);

@@ -20,7 +20,7 @@ struct BallScene {
   int ball = -1;
   double mass = 0.0042;
   double radius = 0.01;
-  std::vector<SphereContact> contacts;
+  std::vector<ContactPair> contacts;
   Eigen::VectorXd q0;
   Eigen::VectorXd v0;
 
@@ -53,7 +53,12 @@ struct BallScene {
     tool = tree.AddBody(body);
   }
   void Touch(int surface, const ContactMaterial& material, std::shared_ptr<const ContactMesh> mesh = nullptr) {
-    contacts.push_back({ball, Eigen::Vector3d::Zero(), radius, surface, std::move(mesh), material});
+    ContactPair pair;
+    pair.bodies = {ball, surface};
+    pair.shapes[0] = SphereGeometry{radius, Eigen::Vector3d::Zero()};
+    if (mesh) pair.shapes[1] = MeshGeometry{std::move(mesh)};
+    pair.material = material;
+    contacts.push_back(std::move(pair));
   }
   void Start(const Eigen::Vector3d& p, const Eigen::Vector3d& velocity, const Eigen::Vector3d& w) {
     q0 = tree.MakeDefaultPositions();

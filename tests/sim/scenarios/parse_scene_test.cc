@@ -72,12 +72,12 @@ const SceneErrorCase kFieldErrors[] = {
      "    shape: {type: half_space}\n    @initial: {}\n  - name: tool",
      "bodies.ground.initial: unknown key; expected one of: name, parent, joint, shape, inertia"},
     {"DuplicateKey", "evaluation: {variations: 20", "evaluation: {variations: 20, @variations: 21",
-     "evaluation.variations: duplicate key, first given in line 83"},
+     "evaluation.variations: duplicate key, first given in line 91"},
     {"MissingNumber", "{type: solid, mass: 4.2 g}", "@{type: solid}",
      "bodies.pea.inertia.mass: missing; expected a mass with its unit, such as "
      "'4.2 g', more than 0 kg"},
     {"MissingType", "{type: half_space}\n  - name: tool", "@{}\n  - name: tool",
-     "bodies.ground.shape.type: missing; expected one of: half_space, sphere, designed_mesh"},
+     "bodies.ground.shape.type: missing; expected one of: half_space, sphere, capsule, box, designed_mesh"},
     {"MissingSection",
      "      type: prescribed\n      motion: {type: zigzag, amplitude: 6 cm, period: 3 s, sharpness: 0.9, "
      "forward_speed: 60 mm/s, stop_at: 37 cm}",
@@ -117,7 +117,7 @@ const SceneErrorCase kFieldErrors[] = {
      "design.vertex_groups.right.vertices: has 0 elements, expected at least 1 element"},
     {"ScalarForASection", "evaluation: {variations: 20, seed: 12}", "evaluation: @20",
      "evaluation: value '20': expected a section of keys"},
-    {"UnknownType", "type: free}", "type: @fre}",
+    {"UnknownType", "{type: free}\n    shape: {type: sphere", "{type: @fre}\n    shape: {type: sphere",
      "bodies.pea.joint.type: value 'fre': expected one of: fixed, prescribed, revolute, prismatic, ball, planar, free; "
      "did you mean 'free'?"},
     {"UnknownChoice", "integrator: bdf2", "integrator: @rk4",
@@ -129,7 +129,7 @@ const SceneErrorCase kFieldErrors[] = {
      "'wall'?"},
     {"WorldHasNoShape", "bodies: [pea, ground]", "bodies: [pea, @world]",
      "contacts[0].bodies[1]: value 'world': no such body; expected one of: ground, tool, wall, hinge, slider, swivel, "
-     "puck, pea"},
+     "puck, brick, pill, pea"},
     {"UnknownParameter", "parameter: depth", "parameter: @dept",
      "design.moves[2].parameter: value 'dept': no such parameter; did you mean 'depth'?"},
     {"UnknownGroup", "group: right", "group: @rihgt",

@@ -62,6 +62,14 @@ bodies:
     shape: {type: sphere, radius: 1 cm}
     inertia: {type: solid, mass: 1 g}
     initial: {position: [1 mm, 2 mm], angle: 3 deg, velocity: [4 mm/s, 5 mm/s], angular_velocity: 6 deg/s}
+  - name: brick
+    joint: {type: free}
+    shape: {type: box, size: [29 mm, 8 mm, 9 mm], rounding: 1 mm, center: [15 mm, 0 mm, 0 mm]}
+    inertia: {type: solid, mass: 1.5 g}
+  - name: pill
+    joint: {type: free}
+    shape: {type: capsule, radius: 4 mm, length: 2 cm, center: [0 mm, 0 mm, 1 cm]}
+    inertia: {type: density, density: 1 g/cm^3}
   - name: pea
     joint: {type: free}
     shape: {type: sphere, radius: 1 cm}
@@ -70,7 +78,7 @@ bodies:
               velocity: [1 mm/s, 2 mm/s, 3 mm/s], angular_velocity: [1 rad/s, 2 rad/s, 3 rad/s]}
 contacts:
   - {bodies: [pea, ground], stiffness: 1.3e8 N/m^3, damping: 2 s/m, friction: 0.4,
-     rolling_resistance: 0.03, slip_speed: 2 mm/s}
+     rolling_resistance: 0.03, slip_speed: 2 mm/s, stick_distance: 20 um}
   - {bodies: [tool, pea], stiffness: 1e8 N/m^3}
 design:
   body: tool

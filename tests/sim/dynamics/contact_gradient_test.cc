@@ -1,0 +1,232 @@
+// The adjoint against central differences for every kind of contact, in contact and out of it, on both sides of onset,
+// with both laws of friction: initial states, and vertices of meshes on fixed and on moving bodies.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <random>
+#include <string>
+
+#include "sim/gradient/adjoint.h"
+#include "tests/sim/dynamics/pair_scene.h"
+
+namespace knap {
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using test::MakeBox;
+using test::PairScene;
+
+const ContactMaterial kBristle{2e7, 1.0, 0.4, 0.02, 1e-3, 2e-5};
+const ContactMaterial kSlip{2e7, 1.0, 0.4, 0.02, 1e-2, 0.0};
+
+TriangleMesh MakeBentBar() {
+  TriangleMesh mesh = test::MakeBar(0.03, 0.02, 0.04, 10, 7);
+  for (Vector3d& v : mesh.vertices) v.y() += 0.0015 * std::cos(150.0 * v.x());
+  return mesh;
+}
+
+// A scene whose first contact is the one under test; `build` makes it from a mesh, which most leave alone.
+struct Case {
+  std::string name;
+  std::function<PairScene(const TriangleMesh&)> build;
+  bool has_mesh = false;
+  int steps = 40;
+};
+
+void PrintTo(const Case& c, std::ostream* os) { *os << c.name; }
+
+Quaterniond Turn(double x, double y, double z) { return ExpSo3(Vector3d(x, y, z)); }
+
+PairScene OnFloor(const ContactGeometry& shape, const ContactGeometry& floor, const ContactMaterial& material,
+                  double height, const Quaterniond& turn, const Pose& X_WF) {
+  PairScene s;
+  const int ground = s.AddFixed(X_WF);
+  const int body = s.AddFree(0.02, Vector3d(2e-6, 3e-6, 2.5e-6), Vector3d(0.001, -0.002, height), turn,
+                             Vector3d(0.05, 0.03, -0.1), Vector3d(1.0, -2.0, 0.5));
+  s.Touch(body, shape, ground, floor, material);
+  return s;
+}
+
+PairScene Collide(const ContactGeometry& a, const ContactGeometry& b, double distance,
+                  const ContactMaterial& material) {
+  PairScene s;
+  s.tree.gravity.setZero();
+  const int first = s.AddFree(0.02, Vector3d(2e-6, 3e-6, 2.5e-6), Vector3d::Zero(), Turn(0.1, 0.2, -0.1),
+                              Vector3d(0.1, 0.02, 0.05), Vector3d(1.0, -2.0, 0.5));
+  const int second = s.AddFree(0.03, Vector3d(3e-6, 3e-6, 2e-6), Vector3d(0.001, 0.002, distance),
+                               Turn(-0.2, 0.1, 0.3), Vector3d(-0.02, 0.05, -0.1), Vector3d(-1.0, 1.0, 2.0));
+  s.Touch(first, a, second, b, material);
+  return s;
+}
+
+const BoxGeometry kBox = MakeBox({0.03, 0.02, 0.014}, 0.002);
+const CapsuleGeometry kCapsule{0.006, 0.012, Vector3d(0.0, 0.0, 0.001)};
+const SphereGeometry kSphere{0.008, Vector3d(0.001, 0.0, 0.0)};
+
+std::vector<Case> MakeCases() {
+  const Pose floor{};
+  const Pose mesh_floor = test::MakeFloorPose(0.04);
+  const auto mesh_case = [&](const ContactGeometry& shape, double height, Quaterniond turn, ContactMaterial m) {
+    return [=](const TriangleMesh& mesh) {
+      return OnFloor(shape, test::MakeSampledMesh(mesh, kBox), m, height, turn, mesh_floor);
+    };
+  };
+  const auto flat = [](PairScene s) { return [=](const TriangleMesh&) { return s; }; };
+  std::vector<Case> cases{
+      {"BoxOnHalfSpace", flat(OnFloor(kBox, HalfSpaceGeometry{}, kBristle, 0.009, Turn(0.2, 0.1, 0.3), floor))},
+      {"BoxFlatOnHalfSpaceSlip", flat(OnFloor(kBox, HalfSpaceGeometry{}, kSlip, 0.007, Turn(0, 0, 0.3), floor))},
+      {"BoxThatNeverTouches", flat(OnFloor(kBox, HalfSpaceGeometry{}, kBristle, 0.1, Turn(0.2, 0.1, 0.3), floor))},
+      {"CapsuleOnHalfSpace", flat(OnFloor(kCapsule, HalfSpaceGeometry{}, kBristle, 0.008, Turn(1.4, 0, 0), floor))},
+      {"SphereOnHalfSpaceBristle", flat(OnFloor(kSphere, HalfSpaceGeometry{}, kBristle, 0.0085, Turn(0, 0, 0), floor))},
+      {"BoxOnMesh", mesh_case(kBox, 0.0105, Turn(0.2, 0.1, 0.3), kBristle), true},
+      {"BoxFlatOnMeshSlip", mesh_case(kBox, 0.0088, Turn(0.0, 0.02, 0.3), kSlip), true},
+      {"CapsuleOnMesh", mesh_case(kCapsule, 0.009, Turn(1.4, 0, 0), kBristle), true},
+      {"SphereOnMeshBristle", mesh_case(kSphere, 0.0098, Turn(0, 0, 0), kBristle), true},
+      {"MeshOnHalfSpace",
+       [=](const TriangleMesh& mesh) {
+         PairScene s = OnFloor(test::MakeSampledMesh(mesh, kBox), HalfSpaceGeometry{}, kBristle, 0.004,
+                               Turn(1.5, 0.1, 0.0), floor);
+         return s;
+       },
+       true},
+      {"MovingMeshAgainstMovingBox",
+       [=](const TriangleMesh& mesh) { return Collide(test::MakeSampledMesh(mesh, kBox), kBox, 0.0485, kBristle); },
+       true},
+      {"MovingMeshAgainstMovingSphere",
+       [=](const TriangleMesh& mesh) { return Collide(test::MakeSampledMesh(mesh, kBox), kSphere, 0.048, kBristle); },
+       true},
+      {"TwoBoxes", flat(Collide(kBox, kBox, 0.0165, kBristle))},
+      {"TwoBoxesSlip", flat(Collide(kBox, kBox, 0.0165, kSlip))},
+      {"TwoSpheres", flat(Collide(kSphere, kSphere, 0.0165, kBristle))},
+      {"SphereAndBox", flat(Collide(kSphere, kBox, 0.0165, kBristle))},
+      {"SphereAndCapsule", flat(Collide(kSphere, kCapsule, 0.0275, kBristle))},
+      {"CapsuleAndBox", flat(Collide(kBox, kCapsule, 0.0265, kBristle))},
+  };
+  for (Case& c : cases) {
+    if (c.name == "BoxThatNeverTouches") c.steps = 20;
+  }
+  return cases;
+}
+
+struct LinearLoss {
+  int body;
+  Vector3d a = Vector3d(0.3, -0.8, 0.5);
+  Vector3d b = Vector3d(0.02, 0.05, -0.03);
+  Vector3d c = Vector3d(0.01, 0.02, 0.015);
+
+  double Evaluate(const Trajectory& t, Dynamics* dynamics) const {
+    const int k = t.size() - 1;
+    dynamics->CalcKinematics(t.q(k), t.v(k), t.vdot(k), t.time(k));
+    const BodyKinematics& kin = dynamics->kinematics()[body];
+    return a.dot(kin.X_WB.p) + b.dot(kin.X_WB.R * kin.V.tail<3>()) + c.dot(kin.X_WB.R * kin.V.head<3>()) * 0.01;
+  }
+  std::vector<StateCotangent> Cotangents(const Trajectory& t) const {
+    StateCotangent at;
+    at.state = t.size() - 1;
+    at.body = body;
+    at.p_W = a;
+    at.v_W = b;
+    at.w_W = 0.01 * c;
+    return {at};
+  }
+};
+
+class ContactGradientTest : public testing::TestWithParam<Case> {};
+
+TEST_P(ContactGradientTest, EqualsDifferences) {
+  const Case& test = GetParam();
+  const TriangleMesh mesh = MakeBentBar();
+  SimulationOptions options;
+  options.step = 1e-3;
+  options.steps = test.steps;
+  options.newton_tolerance = 1e-12;
+  options.newton_max_iterations = 60;
+  const PairScene scene = test.build(mesh);
+  const Tree& tree = scene.tree;
+  const LinearLoss loss{scene.contacts[0].bodies[0]};
+  const auto run = [&](const PairScene& s, const VectorXd& dq, const VectorXd& dv, TrajectoryGradient* gradient) {
+    Dynamics dynamics(s.tree);
+    ContactModel contacts(s.contacts);
+    VectorXd q(s.q0().size());
+    tree.AddIncrement(s.q0(), dq, &q);
+    const Trajectory t = Simulator(&dynamics, &contacts).Run(q, s.v0() + dv, options);
+    EXPECT_TRUE(t.certificate.converged);
+    EXPECT_EQ(t.certificate.subdivided_steps, 0);
+    if (gradient != nullptr) {
+      *gradient = SweepAdjoint(t, loss.Cotangents(t), &dynamics, &contacts);
+      EXPECT_EQ(t.certificate.contact_onsets > 0 || contacts.reports()[0].active, test.name != "BoxThatNeverTouches");
+    }
+    return loss.Evaluate(t, &dynamics);
+  };
+  const VectorXd zero = VectorXd::Zero(tree.nv());
+  TrajectoryGradient gradient;
+  run(scene, zero, zero, &gradient);
+  ASSERT_TRUE(gradient.finite && gradient.solvable);
+  const double pose_scale = gradient.pose0.cwiseAbs().maxCoeff();
+  const double rate_scale = gradient.v0.cwiseAbs().maxCoeff();
+  // Depths are some 1e-5 m, where forces bend over kOnsetDepth.
+  const double steps[] = {1e-7, 2e-8, 4e-9};
+  for (int k = 0; k < tree.nv(); ++k) {
+    double pose_error = std::numeric_limits<double>::infinity();
+    double rate_error = pose_error;
+    for (const double step : steps) {
+      const VectorXd d = step * VectorXd::Unit(tree.nv(), k);
+      pose_error = std::min(pose_error, std::abs(gradient.pose0(k) -
+                                                 (run(scene, d, zero, nullptr) - run(scene, -d, zero, nullptr)) /
+                                                     (2 * step)));
+      const VectorXd dv = 100.0 * d;
+      rate_error = std::min(rate_error, std::abs(gradient.v0(k) -
+                                                 (run(scene, zero, dv, nullptr) - run(scene, zero, -dv, nullptr)) /
+                                                     (200 * step)));
+    }
+    EXPECT_LT(pose_error, 1e-5 * pose_scale) << "pose " << k;
+    EXPECT_LT(rate_error, 1e-5 * rate_scale) << "rate " << k;
+  }
+  if (!test.has_mesh) return;
+  const Eigen::Matrix3Xd& bar = gradient.vertices[0];
+  const double largest = bar.cwiseAbs().maxCoeff();
+  EXPECT_GT(largest, 1e-6);
+  std::mt19937_64 generator(3);
+  std::normal_distribution<double> normal;
+  for (int trial = 0; trial < 6; ++trial) {
+    Eigen::Matrix3Xd direction = Eigen::Matrix3Xd::NullaryExpr(3, bar.cols(), [&] { return normal(generator); });
+    if (trial >= 3) {
+      // One vertex that counts.
+      Eigen::Index row = 0;
+      Eigen::Index col = 0;
+      (bar.cwiseAbs().array() * direction.cwiseAbs().array()).maxCoeff(&row, &col);
+      direction.setZero();
+      direction(row, col) = 1.0;
+      direction((row + trial) % 3, col) = 1.0;
+    }
+    const double expected_scale = std::max(largest, bar.norm());
+    double error = std::numeric_limits<double>::infinity();
+    for (const double step : steps) {
+      const auto moved = [&](double h) {
+        TriangleMesh shape = mesh;
+        for (int i = 0; i < bar.cols(); ++i) shape.vertices[i] += h * direction.col(i);
+        PairScene s = scene;
+        for (ContactGeometry& g : s.contacts[0].shapes) {
+          if (std::holds_alternative<MeshGeometry>(g)) {
+            g = MeshGeometry{std::make_shared<ContactMesh>(
+                shape, std::make_shared<SurfaceSampling>(mesh, CalcSampleSpacing(kBox)))};
+          }
+        }
+        return run(s, zero, zero, nullptr);
+      };
+      error = std::min(error, std::abs(bar.cwiseProduct(direction).sum() - (moved(step) - moved(-step)) / (2 * step)));
+    }
+    EXPECT_LT(error, 1e-5 * expected_scale) << "vertices, trial " << trial;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Pairs, ContactGradientTest, testing::ValuesIn(MakeCases()),
+                         [](const auto& info) { return info.param.name; });
+
+}  // namespace
+}  // namespace knap
