@@ -35,21 +35,32 @@ void DifferenceLadder::Set(int k, double difference) {
   last_ = std::max(last_, k);
 }
 
-DifferenceLadder::Window DifferenceLadder::FindBestWindow(double derivative, double tolerance) const {
-  const auto error = [&](int k) { return CalcError(differences_[static_cast<std::size_t>(k)], derivative); };
+template <class Difference>
+DifferenceLadder::Window DifferenceLadder::FindBest(const Difference& difference, int first, int last,
+                                                    double derivative, double tolerance) {
+  const auto error = [&](int k) { return CalcError(difference(k), derivative); };
   Window best{.error = std::numeric_limits<double>::infinity()};
-  for (int middle = first_ + 1; middle < last_; ++middle) {
+  for (int middle = first + 1; middle < last; ++middle) {
     const double worst = std::max({error(middle - 1), error(middle), error(middle + 1)});
-    if (middle > first_ + 1 && !(worst < best.error)) continue;
-    best = {.middle = middle, .error = worst, .difference = differences_[static_cast<std::size_t>(middle)]};
+    if (middle > first + 1 && !(worst < best.error)) continue;
+    best = {.middle = middle, .error = worst, .difference = difference(middle)};
   }
   if (best.error <= tolerance) {
     int low = best.middle, high = best.middle;
-    while (low > first_ && error(low - 1) <= tolerance) --low;
-    while (high < last_ && error(high + 1) <= tolerance) ++high;
+    while (low > first && error(low - 1) <= tolerance) --low;
+    while (high < last && error(high + 1) <= tolerance) ++high;
     best.plateau_steps = high - low + 1;
   }
   return best;
+}
+
+DifferenceLadder::Window DifferenceLadder::FindBestWindow(double derivative, double tolerance) const {
+  const auto at = [this](int k) { return differences_[static_cast<std::size_t>(k)]; };
+  const Window plain = FindBest(at, first_, last_, derivative, tolerance);
+  if (plain.plateau_steps > 0) return plain;
+  const auto fourth_order = [&](int k) { return (4.0 * at(k) - at(k - 1)) / 3.0; };
+  const Window extrapolated = FindBest(fourth_order, first_ + 1, last_, derivative, tolerance);
+  return extrapolated.plateau_steps > 0 ? extrapolated : plain;
 }
 
 }  // namespace knap

@@ -4,7 +4,9 @@
 // the range. A large step errs by truncation, h²·L'''/6, a small one by the loss's own rounding over h; in between lies
 // a plateau where neither shows. The derivative is confirmed by a window of kWindow consecutive steps that all agree
 // with it: one step alone could agree by chance. From step to step truncation falls to a quarter and rounding doubles,
-// so three that agree within the same bound are neither.
+// so three that agree within the same bound are neither. Where truncation and rounding leave no room for three steps
+// between them, the same is asked of differences of fourth order, (4 D(h/2) − D(h))/3, whose truncation falls to a
+// sixteenth [Richardson 1911].
 #pragma once
 
 #include <array>
@@ -33,10 +35,13 @@ class DifferenceLadder {
     double difference = 0.0;  // at the middle
     int plateau_steps = 0;    // consecutive steps, this window among them, with an error of at most `tolerance`
   };
-  // Needs the first window's steps.
+  // Needs the first window's steps. Of fourth order where the differences themselves have no plateau and those do.
   Window FindBestWindow(double derivative, double tolerance) const;
 
  private:
+  template <class Difference>
+  static Window FindBest(const Difference& difference, int first, int last, double derivative, double tolerance);
+
   std::array<double, kLadderSteps> differences_{};
   int first_ = 0, last_ = -1;  // evaluated: first_ … last_
 };

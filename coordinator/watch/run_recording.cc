@@ -38,7 +38,8 @@ void RunRecording::AddAssignment(std::int64_t event, const rollout_request_t& re
   ++counters_.requests;
   const ContentId id = MakeId(assignment.id);
   const std::int64_t total =
-      std::int64_t{assignment.theta_size} + assignment.reference_size + assignment.variation_size;
+      std::int64_t{assignment.theta_size} + assignment.control_size + assignment.reference_size +
+      assignment.variation_size;
   if (total > kMaxValues) {
     Note(event, fmt::format("request {} announces {} values", FormatHex(id), total));
     return;
@@ -56,12 +57,17 @@ void RunRecording::AddAssignment(std::int64_t event, const rollout_request_t& re
     Note(event, fmt::format("request {} goes to a worker of which no status was recorded", FormatHex(id)));
     return;
   }
-  const std::span<const double> values(partial.values.values());
-  const auto theta_size = static_cast<std::size_t>(assignment.theta_size);
-  const auto reference_size = static_cast<std::size_t>(assignment.reference_size);
-  const ContentId expected = CalcRequestId({engine->second, MakeId(request.scenario), values.first(theta_size),
-                                            values.subspan(theta_size, reference_size),
-                                            values.subspan(theta_size + reference_size), assignment.gradient != 0});
+  std::span<const double> values(partial.values.values());
+  const auto take = [&values](std::int32_t size) {
+    const std::span<const double> front = values.first(static_cast<std::size_t>(size));
+    values = values.subspan(front.size());
+    return front;
+  };
+  const std::span<const double> theta = take(assignment.theta_size);
+  const std::span<const double> controls = take(assignment.control_size);
+  const std::span<const double> reference = take(assignment.reference_size);
+  const ContentId expected = CalcRequestId(
+      {engine->second, MakeId(request.scenario), theta, controls, reference, values, assignment.gradient != 0});
   if (expected != id) {
     Note(event, fmt::format("request {} asks what would be request {}", FormatHex(id), FormatHex(expected)));
   }

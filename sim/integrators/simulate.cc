@@ -18,6 +18,7 @@ void Trajectory::Reserve(int states) {
   vdot_.reserve(static_cast<std::size_t>(states) * nv_);
   coefficients_.reserve(states);
   state_of_step_.reserve(states);
+  bristle_start_.reserve(states + 1);
 }
 
 void Trajectory::Append(double time, const BdfCoefficients& c, const VectorXd& q, const VectorXd& v,

@@ -36,18 +36,19 @@ contacts:
   - {bodies: [pea, pusher], stiffness: 3e7 N/m^3, damping: 10 s/m,
      friction: 0.4, rolling_resistance: 0.05, slip_speed: 1 mm/s}
 design:
-  body: pusher
-  mesh: box.obj
-  cage: cage.obj
-  mesh_unit: 1 mm
   parameters:
     - {name: width, initial: 40 mm, lower: 30 mm, upper: 50 mm}
     - {name: slant, initial: 3 mm, lower: 0 mm, upper: 10 mm}
-  vertex_groups:
-    - {name: right, vertices: [4, 5, 6, 7]}
-  moves:
-    - {parameter: width, group: right, direction: [1, 0, 0]}
-    - {parameter: slant, group: right, direction: [0, 1, 0]}
+  bodies:
+    - name: pusher
+      mesh: box.obj
+      cage: cage.obj
+      mesh_unit: 1 mm
+      vertex_groups:
+        - {name: right, vertices: [4, 5, 6, 7]}
+      moves:
+        - {parameter: width, group: right, direction: [1, 0, 0]}
+        - {parameter: slant, group: right, direction: [0, 1, 0]}
 variation:
   - {key: "bodies.pea.initial.position[0]", distribution: uniform, lower: -5 mm, upper: 5 mm}
 rollout: {horizon: 240 ms, step: 4 ms, integrator: bdf2, newton_tolerance: 1e-13, newton_max_iterations: 30}

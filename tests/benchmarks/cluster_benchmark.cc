@@ -132,7 +132,7 @@ void MeasureRequests() {
 
 void MeasureEfficiency() {
   constexpr int kBatch = 200, kRounds = 7;
-  const std::vector<std::string> overrides = {"rollout.horizon=1.3 s"};
+  const std::vector<std::string> overrides = {"rollout.horizon=2 s"};
   const LoadedScenario scenario = LoadScenario(KNAP_SOURCE_DIR "/configs/pushing.yaml", overrides);
   const auto cores = static_cast<int>(std::thread::hardware_concurrency());
   BenchmarkCluster cluster(cores, "knap-worker", MakeKnapIdentity(FindWorkerProgram()), scenario.files);
@@ -143,7 +143,7 @@ void MeasureEfficiency() {
   for (int round = -1; round < kRounds; ++round) {  // the first one fills caches and does not count
     std::vector<RolloutQuery> queries(kBatch);
     for (int i = 0; i < kBatch; ++i) {
-      const double turn = 0.1 * (i + 1) + round;
+      const double turn = 0.1 * (i + 1 + kBatch * (round + 1));  // never asked before
       queries[static_cast<std::size_t>(i)] = {theta, {}, {0.04 * std::sin(turn), 0.1 + 0.02 * std::cos(turn)}, true};
     }
     double start = ReadClock();

@@ -104,11 +104,13 @@ class RunRecordingTest : public ::testing::Test {
       request.receiver = 1;
       assignment_t assignment{};
       assignment.gradient = 1;
-      assignment.theta_size = 100;  // in two parts
+      assignment.theta_size = 90;
+      assignment.control_size = 10;  // together in two parts
       assignment.variation_size = 1;
       std::vector<double> values(101, 0.5 * i);
+      const std::span<const double> all(values);
       const ContentId id =
-          CalcRequestId({"knap", ContentId{}, std::span(values).first(100), {}, std::span(values).subspan(100), true});
+          CalcRequestId({"knap", ContentId{}, all.first(90), all.subspan(90, 10), {}, all.subspan(100), true});
       CopyId(id, assignment.id);
       ForEachPart(values, [&](std::int32_t first, std::span<const double> part) {
         assignment.first_value = first;

@@ -226,7 +226,7 @@ TEST_P(ContactGradientTest, EqualsDifferences) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Pairs, ContactGradientTest, testing::ValuesIn(MakeCases()),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& test) { return test.param.name; });
 
 }  // namespace
 }  // namespace knap

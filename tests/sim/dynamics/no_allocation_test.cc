@@ -1,12 +1,14 @@
 // Counts every allocation of the program (Eigen's too, which bypass operator new): steps of a warm simulator make none.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 
 #include "sim/integrators/simulate.h"
 #include "tests/sim/dynamics/mechanisms.h"
 #include "tests/sim/dynamics/random_tree.h"
+#include "tests/sim/dynamics/rope.h"
 
 // Stands before the C library's malloc, which it calls. A sanitizer wants that place itself.
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
@@ -37,13 +39,15 @@ using Eigen::VectorXd;
 #ifdef KNAP_COUNTS_ALLOCATIONS
 
 // No allocation between the second state of a run and its last one.
-void ExpectNone(const Tree& tree, const VectorXd& q0, const ControlSequence& controls) {
+void ExpectNone(const Tree& tree, const VectorXd& q0, const ControlSequence& controls, ContactModel* contacts,
+                int runs) {
   Dynamics dynamics(tree);
-  ContactModel none({});
-  Simulator simulator(&dynamics, &none);
+  Simulator simulator(&dynamics, contacts);
   SimulationOptions options;
   options.step = 2e-3;
   options.steps = 100;
+  const VectorXd v0 = VectorXd::Constant(tree.nv(), 0.3);
+  for (int run = 1; run < runs; ++run) simulator.Run(q0, v0, options, controls);
   long before = 0;
   long after = -1;
   int states = 0;
@@ -51,7 +55,7 @@ void ExpectNone(const Tree& tree, const VectorXd& q0, const ControlSequence& con
     if (++states == 2) before = g_allocations;
     if (states == options.steps) after = g_allocations;
   };
-  const Trajectory t = simulator.Run(q0, VectorXd::Constant(tree.nv(), 0.3), options, controls);
+  const Trajectory t = simulator.Run(q0, v0, options, controls);
   EXPECT_TRUE(t.certificate.converged);
   EXPECT_GT(before, 0);  // the counter counts
   EXPECT_EQ(after - before, 0);
@@ -63,12 +67,23 @@ TEST(NoAllocation, WithinTheStepsOfAFingerUnderControl) {
   ControlSequence controls;
   controls.steps_per_interval = 20;
   controls.values = Eigen::MatrixXd::Constant(tree.num_controls(), 5, 0.1);
-  ExpectNone(tree, tree.MakeDefaultPositions(), controls);
+  ContactModel none({});
+  ExpectNone(tree, tree.MakeDefaultPositions(), controls, &none, 1);
 }
 
 TEST(NoAllocation, WithinTheStepsOfAChain) {
   const Tree tree = test::MakeChain(15, 2e-5);
-  ExpectNone(tree, tree.MakeDefaultPositions(), {});
+  ContactModel none({});
+  ExpectNone(tree, tree.MakeDefaultPositions(), {}, &none, 1);
+}
+
+// Once as many points have touched as ever will. Bristles would be recorded, which takes room by doubling.
+TEST(NoAllocation, WithinTheStepsOfARopeInContactThatHasRunBefore) {
+  const test::WoundRope rope = test::MakeWoundRope(test::MakeSpool(0.05, 0.1), {2e8, 2.0, 0.3, 0.0, 1e-3, 0.0});
+  ContactModel contacts(rope.scene.contacts);
+  ExpectNone(rope.scene.tree, rope.scene.q0(), {}, &contacts, 2);
+  const auto& reports = contacts.reports();
+  EXPECT_TRUE(std::any_of(reports.begin(), reports.end(), [](const ContactReport& report) { return report.active; }));
 }
 
 TEST(NoAllocation, InACoupledFactorisationOnceSized) {

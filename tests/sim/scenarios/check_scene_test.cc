@@ -68,7 +68,7 @@ const SceneErrorCase kContradictions[] = {
      "bodies.ground.inertia.type: value 'solid': needs a shape with a volume (sphere, capsule, box or "
      "designed_mesh); else give an explicit inertia"},
     {"RoundingOfABox", "rounding: 1 mm", "rounding: @5 mm",
-     "bodies.brick.shape.rounding: value '5 mm': must be at most half the least size, 4 mm"},
+     "bodies.brick.shape.rounding: value '5 mm': must be at most half the least size, 0.004 m"},
     {"ImpossibleMoments", "moments: [3e-6 kg*m^2, 3e-6 kg*m^2, 3e-6 kg*m^2]",
      "moments: @[1e-6 kg*m^2, 1e-6 kg*m^2, 3e-6 kg*m^2]",
      "bodies.hinge.inertia.moments: no body has such moments: the principal ones are 9e-07, 1.1e-06 and 3e-06, but "
