@@ -160,21 +160,26 @@ class SceneChecker {
   }
 
   void CheckDesign() {
+    if (scene_.design) {
+      for (const DesignedBody& body : scene_.design->bodies) CheckDesignedBody(body);
+      for (const DesignParameter& parameter : scene_.design->parameters) CheckParameter(parameter);
+    }
+    if (log_.HasFailedNear("design.bodies")) return;  // it may be what the following misses
     for (const Body& body : scene_.bodies) {
-      if (!body.shape || !std::holds_alternative<DesignedMeshShape>(*body.shape)) continue;
-      const std::string path = fmt::format("bodies.{}.shape.type", body.name);
-      if (!scene_.design) {
-        Report({path, "design"}, "needs a section 'design' that gives the mesh");
-      } else if (CountDesigns(body.name) == 0 && !log_.HasFailedNear("design.bodies")) {
-        Report({path, "design.bodies"}, "needs an entry of design.bodies that gives the mesh");
+      const std::string path = "bodies." + body.name;
+      if (body.shape && std::holds_alternative<DesignedMeshShape>(*body.shape) && CountDesigns(body.name) == 0) {
+        Report({path + ".shape.type", path}, scene_.design ? "needs an entry of design.bodies that gives the mesh"
+                                                           : "needs a section 'design' that gives the mesh");
+      }
+      if (body.joint.attachment && CountDesigns(body.parent) == 0) {
+        Report({path + ".joint.attachment", path + ".parent"},
+               "only a designed parent has a mesh that joints move with");
       }
     }
-    if (!scene_.design) return;
-    for (const DesignedBody& body : scene_.design->bodies) CheckDesignedBody(body);
-    for (const DesignParameter& parameter : scene_.design->parameters) CheckParameter(parameter);
   }
 
   std::ptrdiff_t CountDesigns(const std::string& name) const {
+    if (!scene_.design) return 0;
     const std::vector<DesignedBody>& bodies = scene_.design->bodies;
     return std::count_if(bodies.begin(), bodies.end(), [&](const DesignedBody& b) { return b.name == name; });
   }

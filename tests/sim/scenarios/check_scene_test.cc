@@ -52,11 +52,6 @@ const SceneErrorCase kContradictions[] = {
      "method: ours, optimize: [design, @control]",
      "learning.optimize[1]: value 'control': method ours chooses among design parameters alone; diffhand and "
      "simple_continual move controls"},
-    {"NoControlsToOptimize",
-     "controls: {actuators: [hinge, slider], interval: 100 ms, squash: none, initial: 0.5, lower: -1, upper: 0.75}\n"
-     "learning: {method: simple_continual, optimize: [design, control]",
-     "learning: {method: simple_continual, optimize: [design, @control]",
-     "learning.optimize[1]: value 'control': the scenario has no section controls"},
     {"OwnParent", "parent: wall", "parent: @hinge",
      "bodies.hinge.parent: value 'hinge': the bodies must form a tree, but here is a cycle: hinge → hinge"},
     {"NoInertia",
@@ -152,11 +147,26 @@ TEST(CheckScene, WhereNothingVariesThereIsOneRollout) {
                 "must be 1\n");
 }
 
+TEST(CheckScene, ControlsThatCostOrAreOptimisedExist) {
+  const EditedScene scene = EditScene(
+      kEverythingYaml,
+      "controls: {actuators: [hinge, slider], interval: 100 ms, squash: none, initial: 0.5, lower: -1, upper: 0.75}\n"
+      "learning: {method: simple_continual, optimize: [design, control]",
+      "learning: {method: simple_continual, optimize: [design, @control]");
+  const std::string cost = EditScene(scene.text, "control_cost", "@control_cost").place;
+  EXPECT_EQ(ParseEditedScene(scene),
+            "f.yaml:" + cost + ": loss.task[1].type: value 'control_cost': the scenario has no section controls\n" +
+                "f.yaml:" + scene.place +
+                ": learning.optimize[1]: value 'control': the scenario has no section controls\n");
+}
+
 TEST(CheckScene, ControlsAloneAreOptimisedByName) {
+  const std::string driven =
+      EditScene(kPendulumYaml, "damping: 0.1 N*m*s/rad", "@actuator: {type: force, limit: 1 N*m}").text;
   const std::string controls =
-      std::string(kPendulumEnd) + "controls: {actuators: [shoulder], interval: 50 ms}\nlearning: {method: diffhand";
-  EXPECT_EQ(ParseEditedScene(EditScene(kPendulumYaml, kPendulumEnd, controls + ", optimize: [control]}\n")), "");
-  const EditedScene design = EditScene(kPendulumYaml, kPendulumEnd, controls + ", optimize: [@design]}\n");
+      std::string(kPendulumEnd) + "controls: {actuators: [lower], interval: 50 ms}\nlearning: {method: diffhand";
+  EXPECT_EQ(ParseEditedScene(EditScene(driven, kPendulumEnd, controls + ", optimize: [control]}\n")), "");
+  const EditedScene design = EditScene(driven, kPendulumEnd, controls + ", optimize: [@design]}\n");
   EXPECT_EQ(ParseEditedScene(design),
             "f.yaml:" + design.place +
                 ": learning.optimize[0]: value 'design': the scenario has no section design; write optimize: "
