@@ -64,9 +64,6 @@ class SceneChecker {
              "a body that forces move needs an inertia; only fixed and prescribed ones do without");
     }
     if (body.inertia) CheckInertia(body, path + ".inertia");
-    if (body.joint.attachment && !(scene_.design && CountDesigns(body.parent) > 0)) {
-      Report({path + ".joint.attachment", path + ".parent"}, "only a designed parent has a mesh that joints move with");
-    }
     if (const BoxShape* box = body.shape ? std::get_if<BoxShape>(&*body.shape) : nullptr) {
       const double most = 0.5 * box->size.minCoeff();
       if (box->rounding > most) {
