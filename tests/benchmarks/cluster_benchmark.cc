@@ -28,11 +28,11 @@
 
 #include "coordinator/cli/answer_journal.h"
 #include "coordinator/local_workers.h"
+#include "coordinator/run_directory/temporary_folder.h"
 #include "lcmtypes/wire/lcm_transport.h"
 #include "lcmtypes/wire/multicast.h"
 #include "sim/scenarios/scenario_files.h"
 #include "tests/cluster/child_process.h"
-#include "coordinator/run_directory/temporary_folder.h"
 #include "tests/worker/closed_form_engine.h"
 #include "worker/knap_engine.h"
 #include "worker/knap_identity.h"
