@@ -154,6 +154,45 @@ class Builder {
     model_.body_index[body.name] = model_.tree.size() - 1;
   }
 
+  void Add(const Rope& rope) {
+    const Vector3d size(rope.pitch - rope.gap, rope.thickness, rope.thickness);
+    const Vector3d s2 = size.cwiseAbs2();
+    const Vector3d moments = rope.link_mass / 12.0 * Vector3d(s2.y() + s2.z(), s2.x() + s2.z(), s2.x() + s2.y());
+    const Matrix6d M =
+        MakeSpatialInertia(rope.link_mass, Vector3d(0.5 * rope.pitch, 0.0, 0.0), moments.asDiagonal());
+    const auto links_per_side = static_cast<int>(rope.initial.links_per_side);
+    const double rise = rope.initial.advance / (4.0 * links_per_side);  // along x, a link
+    const double along = std::sqrt(rope.pitch * rope.pitch - rise * rise);
+    const double half_side = 0.5 * links_per_side * along;
+    TreeBody slide;
+    slide.name = rope.name;
+    slide.joint = JointType::kTranslation;
+    const Vector3d start =
+        rope.initial.center + Vector3d(-0.5 * static_cast<double>(rope.links) * rise, half_side, half_side);
+    Append(slide, Matrix6d::Zero(), {start.x(), start.y(), start.z()}, {0.0, 0.0, 0.0});
+    Matrix3d R_WP = Matrix3d::Identity();
+    for (int i = 0; i < rope.links; ++i) {
+      TreeBody link;
+      link.name = fmt::format("{} link {}", rope.name, i);
+      link.parent = model_.tree.size() - 1;
+      link.joint = JointType::kBall;
+      if (i > 0) {
+        link.X_PF.p.x() = rope.pitch;
+        link.law.damping = rope.joint_damping;
+      }
+      const Matrix3d side =
+          Eigen::AngleAxisd(0.5 * kPi * (i / links_per_side), Vector3d::UnitX()).toRotationMatrix();
+      Matrix3d R_WB;
+      R_WB.col(0) = side * Vector3d(rise, -along, 0.0) / rope.pitch;
+      R_WB.col(2) = side * Vector3d::UnitZ();
+      R_WB.col(1) = R_WB.col(2).cross(R_WB.col(0));
+      const Eigen::Quaterniond q(Matrix3d(R_WP.transpose() * R_WB));
+      Append(link, M, {q.x(), q.y(), q.z(), q.w()}, {0.0, 0.0, 0.0});
+      model_.links[rope.name].push_back(model_.tree.size() - 1);
+      R_WP = R_WB;
+    }
+  }
+
   SceneModel Finish() {
     model_.q0 = Eigen::Map<const VectorXd>(q_.data(), static_cast<Eigen::Index>(q_.size()));
     model_.v0 = Eigen::Map<const VectorXd>(v_.data(), static_cast<Eigen::Index>(v_.size()));
@@ -218,18 +257,40 @@ ContactGeometry MakeGeometry(const Shape& shape, const std::shared_ptr<const Con
       shape);
 }
 
-ContactPair MakeContact(const Scene& scene, const SceneModel& model, const Contact& contact,
-                        const std::shared_ptr<const ContactMesh>& mesh) {
-  ContactPair out;
-  for (int k = 0; k < 2; ++k) {
-    const Body& body = FindBody(scene, contact.bodies[k]);
-    if (!body.shape) throw std::runtime_error(fmt::format("body '{}' has no shape to touch with", body.name));
-    out.bodies[k] = model.body_index.at(body.name);
-    out.shapes[k] = MakeGeometry(*body.shape, mesh);
+// A name in a contact stands for a body or for each link of a rope.
+ContactGeometry MakePartnerGeometry(const Scene& scene, const std::string& name,
+                                    const std::shared_ptr<const ContactMesh>& mesh) {
+  for (const Rope& rope : scene.ropes) {
+    if (rope.name != name) continue;
+    const Vector3d size(rope.pitch - rope.gap, rope.thickness, rope.thickness);
+    return BoxGeometry{0.5 * size, rope.rounding, Vector3d(0.5 * rope.pitch, 0.0, 0.0)};
   }
-  out.material = {contact.stiffness,  contact.damping,    contact.friction,
-                  contact.rolling_resistance, contact.slip_speed, contact.stick_distance};
-  return out;
+  const Body& body = FindBody(scene, name);
+  if (!body.shape) throw std::runtime_error(fmt::format("body '{}' has no shape to touch with", body.name));
+  return MakeGeometry(*body.shape, mesh);
+}
+
+std::vector<int> GetPartners(const SceneModel& model, const std::string& name) {
+  const auto links = model.links.find(name);
+  return links != model.links.end() ? links->second : std::vector<int>{model.body_index.at(name)};
+}
+
+void AddContact(const Scene& scene, int index, const std::shared_ptr<const ContactMesh>& mesh, SceneModel* model) {
+  const Contact& contact = scene.contacts[index];
+  const std::vector<int> a = GetPartners(*model, contact.bodies[0]);
+  const std::vector<int> b = GetPartners(*model, contact.bodies[1]);
+  const bool with_itself = contact.bodies[0] == contact.bodies[1];
+  ContactPair pair;
+  for (int k = 0; k < 2; ++k) pair.shapes[k] = MakePartnerGeometry(scene, contact.bodies[k], mesh);
+  pair.material = {contact.stiffness,  contact.damping,    contact.friction,
+                   contact.rolling_resistance, contact.slip_speed, contact.stick_distance};
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    for (std::size_t j = with_itself ? i + 2 : 0; j < b.size(); ++j) {
+      pair.bodies = {a[i], b[j]};
+      model->contacts.push_back(pair);
+      model->contact_of_pair.push_back(index);
+    }
+  }
 }
 
 }  // namespace
@@ -247,7 +308,15 @@ SceneModel BuildModel(const Scene& scene, std::shared_ptr<const ContactMesh> mes
       break;
     }
   }
+  for (const Rope& rope : scene.ropes) builder.Add(rope);
   SceneModel model = builder.Finish();
+  if (scene.gravity_direction) {
+    const double z = scene.gravity_direction->rise;
+    const double level = std::sqrt(std::max(0.0, 1.0 - z * z));
+    const double azimuth = scene.gravity_direction->azimuth;
+    model.tree.gravity =
+        scene.gravity.norm() * Vector3d(level * std::cos(azimuth), level * std::sin(azimuth), z);
+  }
   for (const Body& body : scene.bodies) {
     const bool designed = body.shape && std::holds_alternative<DesignedMeshShape>(*body.shape);
     if (designed && model.tree.IsDynamic(model.body_index.at(body.name))) {
@@ -256,7 +325,7 @@ SceneModel BuildModel(const Scene& scene, std::shared_ptr<const ContactMesh> mes
           body.name));
     }
   }
-  for (const Contact& contact : scene.contacts) model.contacts.push_back(MakeContact(scene, model, contact, mesh));
+  for (std::size_t i = 0; i < scene.contacts.size(); ++i) AddContact(scene, static_cast<int>(i), mesh, &model);
   return model;
 }
 
@@ -265,11 +334,10 @@ std::shared_ptr<const SurfaceSampling> MakeSampling(const Scene& scene, const Tr
   bool on_plane = false;
   for (const Contact& contact : scene.contacts) {
     for (int k = 0; k < 2; ++k) {
-      const std::optional<Shape>& shape = FindBody(scene, contact.bodies[k]).shape;
-      const std::optional<Shape>& other = FindBody(scene, contact.bodies[1 - k]).shape;
-      if (!shape || !other || !std::holds_alternative<DesignedMeshShape>(*shape)) continue;
-      on_plane = on_plane || std::holds_alternative<HalfSpaceShape>(*other);
-      spacing = std::min(spacing, CalcSampleSpacing(MakeGeometry(*other, nullptr)));
+      if (!scene.design || contact.bodies[k] != scene.design->body) continue;
+      const ContactGeometry other = MakePartnerGeometry(scene, contact.bodies[1 - k], nullptr);
+      on_plane = on_plane || std::holds_alternative<HalfSpaceGeometry>(other);
+      spacing = std::min(spacing, CalcSampleSpacing(other));
     }
   }
   if (std::isinf(spacing) && !on_plane) return nullptr;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "sim/geometry/mesh_io.h"
+#include "sim/rollout/height_loss.h"
 #include "sim/scenarios/numeric_keys.h"
 #include "sim/scenarios/scenario_files.h"
 
@@ -111,9 +112,15 @@ const RolloutModel::Reference& RolloutModel::GetReference(const RolloutInput& in
   const Simulated simulated = Simulate(input.theta_reference, varied, {});
   if (simulated.trajectory->certificate.converged) {
     for (const DistillationTerm& term : varied.loss.distillation) {
-      const auto& match = std::get<PositionMatchLoss>(term);
-      reference.paths.push_back(
-          TraceBody(*simulated.trajectory, simulated.model.body_index.at(match.body), simulated.dynamics.get()));
+      Reference::Path path;
+      if (const auto* match = std::get_if<PositionMatchLoss>(&term)) {
+        path.body =
+            TraceBody(*simulated.trajectory, simulated.model.body_index.at(match->body), simulated.dynamics.get());
+      } else {
+        path.heights = TraceHeight(std::get<HeightLoss>(term), varied.rollout.step, simulated.model,
+                                   *simulated.trajectory, simulated.dynamics.get());
+      }
+      reference.paths.push_back(std::move(path));
     }
   }
   references_.push_front(std::move(reference));
@@ -154,21 +161,40 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
     return TraceBody(*s.trajectory, s.model.body_index.at(body), s.dynamics.get());
   };
   std::vector<StateCotangent> cotangents;
+  // Null reference: the height at the start.
+  const auto add_height = [&](const HeightLoss& loss, const std::vector<double>* heights_reference) {
+    const std::vector<double> heights =
+        TraceHeight(loss, varied.rollout.step, s.model, *s.trajectory, s.dynamics.get());
+    out.loss += EvaluateHeight(loss, varied.rollout.step, s.model, *s.trajectory, heights,
+                               heights_reference ? *heights_reference : std::vector<double>{heights[0]},
+                               s.dynamics.get(), &cotangents);
+  };
   if (distill) {
     for (std::size_t i = 0; i < varied.loss.distillation.size(); ++i) {
-      const auto& match = std::get<PositionMatchLoss>(varied.loss.distillation[i]);
-      out.loss +=
-          EvaluatePositionMatch(match, varied.rollout.step, trace(match.body), reference->paths[i], &cotangents);
+      const DistillationTerm& term = varied.loss.distillation[i];
+      const Reference::Path& path = reference->paths[i];
+      if (const auto* match = std::get_if<PositionMatchLoss>(&term)) {
+        out.loss += EvaluatePositionMatch(*match, varied.rollout.step, trace(match->body), path.body, &cotangents);
+      } else {
+        add_height(std::get<HeightLoss>(term), &path.heights);
+      }
     }
   } else {
     for (const TaskTerm& term : varied.loss.task) {
-      const auto& crossing = std::get<CrossingLoss>(term);
-      out.loss += EvaluateCrossingLoss(crossing, trace(crossing.opening.body), &cotangents);
+      if (const auto* crossing = std::get_if<CrossingLoss>(&term)) {
+        out.loss += EvaluateCrossingLoss(*crossing, trace(crossing->opening.body), &cotangents);
+      } else {
+        add_height(std::get<HeightLoss>(term), nullptr);
+      }
     }
   }
   if (varied.success) {
-    const auto& test = std::get<CrossesOpening>(*varied.success);
-    out.success = CrossesInside(test.opening, trace(test.opening.body));
+    if (const auto* test = std::get_if<CrossesOpening>(&*varied.success)) {
+      out.success = CrossesInside(test->opening, trace(test->opening.body));
+    } else {
+      out.success = HoldsRopeAtEnd(std::get<HoldsRope>(*varied.success), varied, s.model, *s.trajectory,
+                                   s.dynamics.get());
+    }
   }
   out.certificate.finite = std::isfinite(out.loss);
   const double middle = clock ? clock() : 0.0;
@@ -182,9 +208,13 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
       out.loss_rounding = gradient.loss_rounding;
       out.certificate.finite = out.certificate.finite && gradient.finite;
       out.certificate.converged = out.certificate.converged && gradient.solvable;
-      for (const Eigen::Matrix3Xd& vertices : gradient.vertices) {
-        if (vertices.cols() > 0) out.gradient += design_->PullBack(vertices);
+      Eigen::Matrix3Xd vertices;
+      for (const Eigen::Matrix3Xd& of_contact : gradient.vertices) {
+        if (of_contact.cols() == 0) continue;
+        if (vertices.cols() == 0) vertices.setZero(3, of_contact.cols());
+        vertices += of_contact;
       }
+      if (vertices.cols() > 0) out.gradient = design_->PullBack(vertices);
       // A gradient of zero is one that nothing contests: what the tool never touched.
       const double g = (out.gradient.array() * parameter_ranges_.array()).abs().maxCoeff();
       out.smooth = g == 0.0 || out.loss_rounding <= kLargestSmoothRounding * g;

@@ -77,7 +77,11 @@ class RolloutModel {
   struct Reference {
     Eigen::VectorXd theta;
     std::vector<double> variation;
-    std::vector<BodyPath> paths;
+    struct Path {
+      BodyPath body;                // of a position match
+      std::vector<double> heights;  // of a height match
+    };
+    std::vector<Path> paths;
   };
   const Reference& GetReference(const RolloutInput& input, const Scene& varied);
 

@@ -175,10 +175,35 @@ struct Body {
   std::optional<Inertia> inertia;  // present at least wherever the joint is neither fixed nor prescribed
 };
 
+// ---- Ropes --------------------------------------------------------------------------------------------------------
+
+// A square helix about an axis along Wx: each side of the square is `links_per_side` links long, and the helix is
+// centred at `center`. The first link runs along −Wy, above the axis; from one side to the next it turns about Wx.
+struct HelixState {
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();  // in W [m]
+  std::int64_t links_per_side = 1;
+  double advance = 0.0;  // along Wx, a turn [m]
+};
+
+// Boxes of square section on ball joints, one after another, with both ends free. Link i is the body that turns about
+// joint i; its x axis leads to joint i + 1, and its box lies between the two with half the gap at either end.
+struct Rope {
+  std::string name;
+  std::int64_t links = 1;
+  double pitch = 0.0;          // from joint to joint [m]
+  double thickness = 0.0;      // side of the section [m]
+  double gap = 0.0;            // between the boxes of a straight rope [m], less than the pitch
+  double rounding = 0.0;       // of the boxes [m], at most half their least size
+  double link_mass = 0.0;      // [kg], spread evenly over the box
+  double joint_damping = 0.0;  // [N·m·s/rad]
+  HelixState initial;          // at rest
+};
+
 // ---- Contact ------------------------------------------------------------------------------------------------------
 
+// Between bodies, or all links of a rope; a rope with itself: each two of its links that are no neighbours.
 struct Contact {
-  std::array<std::string, 2> bodies;  // two different bodies, each with a shape
+  std::array<std::string, 2> bodies;  // two different bodies, each with a shape, or ropes
   double stiffness = 0.0;             // pressure per depth [N/m³]
   double damping = 0.0;               // of the normal force, relative to it: Hunt and Crossley's [s/m]
   double friction = 0.0;              // Coulomb's μ [-]
@@ -276,9 +301,20 @@ struct CrossingLoss {
   double shortfall_scale = 0.05;  // [m]
 };
 
-using TaskTerm = std::variant<CrossingLoss>;
-
 enum class Normalization { kSum, kMean };
+
+// weight·Σ_samples (h − h')² of the height h of a rope's centre of mass against gravity, in length_unit, up to the time
+// `until`. As a task term h' is the height at the start, as a distillation term that of the reference trajectory.
+struct HeightLoss {
+  std::string rope;
+  double sample_period = 0.0;  // [s], a whole number of steps
+  double until = 0.0;          // [s], at most the horizon
+  Normalization normalize = Normalization::kSum;
+  double weight = 1.0;
+  double length_unit = 1.0;  // length in which the loss counts [m]
+};
+
+using TaskTerm = std::variant<CrossingLoss, HeightLoss>;
 
 // weight·Σ_samples ‖p − p'‖² over the chosen axes of W, p' on the reference trajectory; kMean divides by the number of
 // samples.
@@ -291,7 +327,7 @@ struct PositionMatchLoss {
   double length_unit = 1.0;  // length in which the loss counts [m]
 };
 
-using DistillationTerm = std::variant<PositionMatchLoss>;
+using DistillationTerm = std::variant<PositionMatchLoss, HeightLoss>;
 
 struct Loss {
   std::vector<TaskTerm> task;
@@ -303,7 +339,16 @@ struct CrossesOpening {
   Opening opening;
 };
 
-using SuccessTest = std::variant<CrossesOpening>;
+// At the end of the rollout the rope's centre of mass lies within `distance` of the body's origin, and the two have
+// touched during the last `touched_within`.
+struct HoldsRope {
+  std::string rope;
+  std::string body;               // has a contact with the rope
+  double distance = 0.0;          // [m]
+  double touched_within = 0.0;    // [s]
+};
+
+using SuccessTest = std::variant<CrossesOpening, HoldsRope>;
 
 // ---- Learning -----------------------------------------------------------------------------------------------------
 
@@ -332,12 +377,20 @@ struct Evaluation {
 
 inline constexpr std::int64_t kSceneSchema = 1;
 
+// Where down is.
+struct GravityDirection {
+  double azimuth = 0.0;  // about Wz, from Wx [rad]
+  double rise = -1.0;    // its z component: uniform over [−1, 1], with a uniform azimuth, is uniform over all directions
+};
+
 struct Scene {
   std::int64_t schema = kSceneSchema;
   std::string name;
   std::string description;
   Eigen::Vector3d gravity{0.0, 0.0, -9.81};  // in W [m/s²]
+  std::optional<GravityDirection> gravity_direction;  // turns gravity, of which only the size counts then
   std::vector<Body> bodies;
+  std::vector<Rope> ropes;
   std::vector<Contact> contacts;
   std::optional<Design> design;  // none: d = 0
   Rollout rollout;
