@@ -14,8 +14,8 @@ namespace knap {
 std::vector<double> TraceHeight(const HeightLoss& loss, double step, const SceneModel& model,
                                 const Trajectory& trajectory, Dynamics* dynamics);
 
-// Value of the term; `reference` as TraceHeight makes it, or one number: the same height always. Cotangents are added to
-// *out when not null.
+// Value of the term; `reference` as TraceHeight makes it, or one number: the same height always. Cotangents are added
+// to *out when not null.
 double EvaluateHeight(const HeightLoss& loss, double step, const SceneModel& model, const Trajectory& trajectory,
                       const std::vector<double>& heights, const std::vector<double>& reference, Dynamics* dynamics,
                       std::vector<StateCotangent>* out);

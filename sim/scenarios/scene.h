@@ -380,7 +380,7 @@ inline constexpr std::int64_t kSceneSchema = 1;
 // Where down is.
 struct GravityDirection {
   double azimuth = 0.0;  // about Wz, from Wx [rad]
-  double rise = -1.0;    // its z component: uniform over [−1, 1], with a uniform azimuth, is uniform over all directions
+  double rise = -1.0;    // its z component; uniform over [−1, 1], with a uniform azimuth: uniform over all directions
 };
 
 struct Scene {

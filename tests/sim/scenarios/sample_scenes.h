@@ -117,7 +117,7 @@ loss:
   distillation:
     - {type: position_match, body: pea, axes: [x, y], sample_period: 20 ms, normalize: mean, weight: 5,
        length_unit: 1 cm}
-    - {type: height_match, rope: rope, sample_period: 40 ms, until: 0.5 s, normalize: mean, weight: 2, length_unit: 1 cm}
+    - {type: height_match, rope: rope, sample_period: 40 ms, until: 0.5 s, normalize: mean, length_unit: 1 cm}
 success: {type: crosses_opening, body: pea, axis: y, at: 370 mm, opening_axis: x, opening_half_width: 20 mm}
 variation:
   - {key: "bodies.pea.initial.position[0]", distribution: uniform, lower: -20 mm, upper: 20 mm}
