@@ -3,13 +3,9 @@
 #include <fmt/format.h>
 #include <sched.h>
 #include <sodium.h>
-#include <stdlib.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <stdexcept>
-#include <system_error>
 
 #include "coordinator/cli/stop_signal.h"
 #include "lcmtypes/wire/multicast.h"
@@ -46,19 +42,6 @@ int CalcWorkerCount(const ClusterOptions& options) {
   return std::max(1, CPU_COUNT(&cores));
 }
 
-ClusterSession::TemporaryFolder::TemporaryFolder() {
-  std::string name = (fs::temp_directory_path() / "knap-XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) {
-    throw std::runtime_error(fmt::format("temporary folder {}: {}", name, std::strerror(errno)));
-  }
-  path = name;
-}
-
-ClusterSession::TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  fs::remove_all(path, ignored);
-}
-
 EngineIdentity FindEngineIdentity(const std::string& name) {
   if (name == "knap") return MakeKnapIdentity(FindWorkerProgram());
   return {name, "", {}};
@@ -73,7 +56,7 @@ ClusterSession::ClusterSession(const ClusterOptions& options, const EngineIdenti
       workers_wanted_(options.external ? 0 : CalcWorkerCount(options)) {
   if (directory_.empty() && !options.external) {
     temporary_ = std::make_unique<TemporaryFolder>();
-    directory_ = temporary_->path;
+    directory_ = temporary_->path();
   }
   const RunKey key = ChooseKey(options);
   transport_ = OpenTransport(lcm_url_, Dispatcher::ListChannels(), &clock_);

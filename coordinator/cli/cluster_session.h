@@ -14,6 +14,7 @@
 
 #include "coordinator/dispatch/dispatcher.h"
 #include "coordinator/local_workers.h"
+#include "coordinator/run_directory/temporary_folder.h"
 #include "lcmtypes/wire/clock.h"
 #include "lcmtypes/wire/transport.h"
 
@@ -67,15 +68,6 @@ class ClusterSession {
  private:
   RunKey ChooseKey(const ClusterOptions& options);
   void StartWorkers();
-
-  // A folder that goes with its owner, also when the constructor throws.
-  struct TemporaryFolder {
-    TemporaryFolder();
-    ~TemporaryFolder();
-    TemporaryFolder(const TemporaryFolder&) = delete;
-    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-    std::filesystem::path path;
-  };
 
   std::int64_t run_id_;
   std::string lcm_url_;

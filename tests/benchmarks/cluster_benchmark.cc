@@ -32,7 +32,7 @@
 #include "lcmtypes/wire/multicast.h"
 #include "sim/scenarios/scenario_files.h"
 #include "tests/cluster/child_process.h"
-#include "tests/coordinator/temporary_folder.h"
+#include "coordinator/run_directory/temporary_folder.h"
 #include "tests/worker/closed_form_engine.h"
 #include "worker/knap_engine.h"
 #include "worker/knap_identity.h"

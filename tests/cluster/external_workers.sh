@@ -2,8 +2,9 @@
 # tests/cluster/external_workers.sh KNAP KNAP_WORKER CONFIG [KNAP_RELAY]
 #
 # Three workers started by hand, `knap learn --external`, one worker killed for good while it learns: the learned theta
-# has the same bits as that of one local worker. With KNAP_RELAY they talk over tcpq:// through it, and it too is killed
-# and started again in the middle.
+# has the same bits as that of one local worker. The other two are held until the coordinator notices the loss, so that a
+# fast run cannot end before. With KNAP_RELAY they talk over tcpq:// through it, and it too is killed and started again in
+# the middle.
 set -euo pipefail
 knap=$1 knap_worker=$2 config=$3 knap_relay=${4-}
 folder=$(mktemp -d)
@@ -33,6 +34,7 @@ for name in first second mortal; do
   children+=($!)
 done
 mortal=$!
+others=("${children[@]: -3:2}")
 
 "$knap" learn "$config" "${overrides[@]}" --out reference --workers 1 --quiet
 
@@ -44,6 +46,7 @@ until grep -q ,mortal, external/rollouts.csv 2>/dev/null; do
   kill -0 "$learning" || { echo "the run ended before the worker 'mortal' answered"; exit 1; }
   sleep 0.02
 done
+kill -STOP "${others[@]}"
 kill -9 "$mortal"
 if [[ $knap_relay ]]; then
   kill -9 "$relay"
@@ -51,6 +54,11 @@ if [[ $knap_relay ]]; then
   "$knap_relay" --port "$port" &
   children+=($!)
 fi
+until grep -q '"event":"workers_lost"' external/events.jsonl; do
+  kill -0 "$learning" || { echo "the run ended before it noticed the loss of the worker 'mortal'"; exit 1; }
+  sleep 0.02
+done
+kill -CONT "${others[@]}"
 wait "$learning"
 
 # theta.learned is the one list in result.json with this name.
@@ -63,6 +71,5 @@ if [[ "$(read_theta reference)" != "$(read_theta external)" ]]; then
   exit 1
 fi
 cut -d, -f4 external/rollouts.csv | sort | uniq -c
-grep -q '"event":"workers_lost"' external/events.jsonl
 # The others are free for the next run.
 "$knap" evaluate external --external --lcm-url "$url" --key key --quiet

@@ -22,7 +22,7 @@
 #include "sim/geometry/mesh_io.h"
 #include "tests/cluster/child_process.h"
 #include "tests/cluster/run_files.h"
-#include "tests/coordinator/temporary_folder.h"
+#include "coordinator/run_directory/temporary_folder.h"
 
 namespace knap {
 namespace {

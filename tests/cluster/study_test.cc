@@ -11,7 +11,7 @@
 
 #include "tests/cluster/child_process.h"
 #include "tests/cluster/run_files.h"
-#include "tests/coordinator/temporary_folder.h"
+#include "coordinator/run_directory/temporary_folder.h"
 
 namespace knap {
 namespace {

@@ -46,43 +46,12 @@ TEST(DispatcherTrustTest, NoSecondCopyOfWhatTakesItsUsualTime) {
   EXPECT_EQ(cluster.dispatcher->counters().copied, 0);
 }
 
-// Answers like its base, but the last bit of the loss is wrong.
-class WrongEngine : public ClosedFormEngine {
- public:
-  std::unique_ptr<EngineScenario> Load(const ScenarioFiles& files) override {
-    class Wrong : public EngineScenario {
-     public:
-      explicit Wrong(std::unique_ptr<EngineScenario> right) : right_(std::move(right)) {}
-      EngineAnswer Run(const EngineRequest& request,
-                       const std::function<void(std::int64_t, std::int64_t)>& progress) override {
-        EngineAnswer answer = right_->Run(request, progress);
-        answer.loss = std::nextafter(answer.loss, 1e9);
-        return answer;
-      }
-
-     private:
-      std::unique_ptr<EngineScenario> right_;
-    };
-    return std::make_unique<Wrong>(ClosedFormEngine::Load(files));
-  }
-};
-
-// Announces itself as it is told, and answers wrongly.
-class StrangeEngine : public WrongEngine {
- public:
-  explicit StrangeEngine(EngineIdentity identity) : identity_(std::move(identity)) {}
-  EngineIdentity identity() const override { return identity_; }
-
- private:
-  EngineIdentity identity_;
-};
-
 TEST(DispatcherTrustTest, WorkersOfAnotherBuildOrWithOtherBitsAreRefusedByName) {
   SimulatedCluster cluster(36);
   EngineIdentity other_build = cluster.engine.identity(), other_bits = other_build;
   other_build.build = std::string("2");
   other_bits.fingerprint = CalcFingerprint(std::vector<double>{0.5000000000000001});
-  StrangeEngine newer(other_build), rounding(other_bits);
+  WrongEngine newer(other_build), rounding(other_bits);
   cluster.StartWorker(
       "newer", [] { return std::int64_t{1000}; }, &newer);
   cluster.StartWorker(

@@ -11,7 +11,7 @@
 
 #include "coordinator/run_directory/crc32c.h"
 #include "coordinator/run_directory/durable_file.h"
-#include "tests/coordinator/temporary_folder.h"
+#include "coordinator/run_directory/temporary_folder.h"
 
 namespace knap {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "coordinator/run_directory/durable_file.h"
 #include "coordinator/run_directory/run_logs.h"
-#include "tests/coordinator/temporary_folder.h"
+#include "coordinator/run_directory/temporary_folder.h"
 
 namespace knap {
 namespace {

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -42,34 +41,12 @@ struct Place {
   bool foreign = false;  // its machine computes other bits, and its fingerprint says so
 };
 
-// The closed forms on a machine that rounds otherwise.
-class ForeignEngine : public Engine {
- public:
-  EngineIdentity identity() const override {
-    EngineIdentity identity = right_.identity();
-    identity.fingerprint[0] ^= 1;
-    return identity;
-  }
-  std::unique_ptr<EngineScenario> Load(const ScenarioFiles& files) override {
-    class Foreign : public EngineScenario {
-     public:
-      explicit Foreign(std::unique_ptr<EngineScenario> right) : right_(std::move(right)) {}
-      EngineAnswer Run(const EngineRequest& request,
-                       const std::function<void(std::int64_t, std::int64_t)>& progress) override {
-        EngineAnswer answer = right_->Run(request, progress);
-        answer.loss = std::nextafter(answer.loss, 1e9);
-        return answer;
-      }
-
-     private:
-      std::unique_ptr<EngineScenario> right_;
-    };
-    return std::make_unique<Foreign>(right_.Load(files));
-  }
-
- private:
-  ClosedFormEngine right_;
-};
+// Of a machine that rounds otherwise.
+EngineIdentity MakeForeignIdentity() {
+  EngineIdentity identity = ClosedFormEngine().identity();
+  identity.fingerprint[0] ^= 1;
+  return identity;
+}
 
 class Simulation {
  public:
@@ -307,7 +284,7 @@ class Simulation {
   const SimulatedProblem problem_;
   const PlantedDefect defect_;
   ClosedFormEngine engine_;
-  ForeignEngine foreign_engine_;
+  WrongEngine foreign_engine_{MakeForeignIdentity()};
   SimulatedNetwork network_;
   FaultRates rates_;
   SimulatedDisk disk_;

@@ -1,11 +1,15 @@
 #include "tests/worker/closed_form_engine.h"
 
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 
 namespace knap {
 namespace {
@@ -86,10 +90,29 @@ class ClosedFormScenario : public EngineScenario {
   Parameters parameters_;
 };
 
+class WrongScenario : public EngineScenario {
+ public:
+  explicit WrongScenario(std::unique_ptr<EngineScenario> right) : right_(std::move(right)) {}
+
+  EngineAnswer Run(const EngineRequest& request,
+                   const std::function<void(std::int64_t, std::int64_t)>& progress) override {
+    EngineAnswer answer = right_->Run(request, progress);
+    answer.loss = std::nextafter(answer.loss, 1e9);
+    return answer;
+  }
+
+ private:
+  std::unique_ptr<EngineScenario> right_;
+};
+
 }  // namespace
 
 std::unique_ptr<EngineScenario> ClosedFormEngine::Load(const ScenarioFiles& files) {
   return std::make_unique<ClosedFormScenario>(ParseScenario(files));
+}
+
+std::unique_ptr<EngineScenario> WrongEngine::Load(const ScenarioFiles& files) {
+  return std::make_unique<WrongScenario>(ClosedFormEngine::Load(files));
 }
 
 }  // namespace knap

@@ -13,6 +13,7 @@
 #include <array>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "worker/engine.h"
 
@@ -22,6 +23,17 @@ class ClosedFormEngine : public Engine {
  public:
   EngineIdentity identity() const override { return {"closed-form", "1", CalcFingerprint(std::array{0.5})}; }
   std::unique_ptr<EngineScenario> Load(const ScenarioFiles& files) override;
+};
+
+// Announces itself as it is told, and answers like its base but with the last bit of the loss wrong.
+class WrongEngine : public ClosedFormEngine {
+ public:
+  explicit WrongEngine(EngineIdentity identity = ClosedFormEngine().identity()) : identity_(std::move(identity)) {}
+  EngineIdentity identity() const override { return identity_; }
+  std::unique_ptr<EngineScenario> Load(const ScenarioFiles& files) override;
+
+ private:
+  EngineIdentity identity_;
 };
 
 }  // namespace knap

@@ -1,19 +1,23 @@
-// A folder of its own for one test, removed with all it holds.
+// A folder of its own beneath the system's temporary one, which goes with its owner.
 #pragma once
 
 #include <stdlib.h>
 
+#include <cerrno>
 #include <filesystem>
-#include <stdexcept>
 #include <string>
+#include <system_error>
 
 namespace knap {
 
 class TemporaryFolder {
  public:
+  // Throws std::system_error naming the folder when the disk refuses.
   TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "knap-test-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make " + name);
+    std::string name = (std::filesystem::temp_directory_path() / "knap-XXXXXX").string();  // mkdtemp(3) fills in the Xs
+    if (mkdtemp(name.data()) == nullptr) {
+      throw std::system_error(errno, std::generic_category(), "temporary folder " + name);
+    }
     path_ = name;
   }
   ~TemporaryFolder() {
@@ -23,6 +27,7 @@ class TemporaryFolder {
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 
+  const std::filesystem::path& path() const { return path_; }
   std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
 
  private:
