@@ -58,6 +58,8 @@ class Trajectory {
   // The state at the end of whole step n (0: the start), n ≤ whole_steps().
   int state_of_step(int n) const { return state_of_step_[n]; }
   int whole_steps() const { return static_cast<int>(state_of_step_.size()) - 1; }
+  // When each contact was last active [s]; minus infinity where it never was.
+  const std::vector<double>& last_touched() const { return last_touched_; }
 
   SimulationCertificate certificate;
   ControlSequence controls;  // that acted
@@ -77,6 +79,7 @@ class Trajectory {
   std::vector<double> vdot_;
   std::vector<BdfCoefficients> coefficients_;
   std::vector<int> state_of_step_;
+  std::vector<double> last_touched_;
   Bristles bristles_;  // of all states, one after the other
   std::vector<int> bristle_start_{0};
 };
@@ -102,7 +105,7 @@ class Simulator {
   bool Advance(double time, double h, int depth, const SimulationOptions& options, Trajectory* trajectory);
   bool SolveStep(double time, const BdfCoefficients& c, const SimulationOptions& options, Trajectory* trajectory);
   double Evaluate(double time, const BdfCoefficients& c, const Trajectory& trajectory);
-  void CountOnsets(Trajectory* trajectory);
+  void NoteContacts(double time, Trajectory* trajectory);
 
   Dynamics* dynamics_;
   ContactModel* contacts_;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "sim/math/overloaded.h"
+#include "sim/rollout/height_loss.h"
 #include "sim/rollout/point_target.h"
 #include "sim/scenarios/numeric_keys.h"
 #include "sim/scenarios/scenario_files.h"
@@ -86,8 +87,14 @@ const RolloutModel::Reference& RolloutModel::GetReference(const RolloutInput& in
   const Simulated s = Simulate(input.theta_reference, input.controls_reference, input.variation, {});
   if (s.trajectory->certificate.converged) {
     for (const DistillationTerm& term : s.scene.loss.distillation) {
-      const auto& match = std::get<PositionMatchLoss>(term);
-      reference.paths.push_back(TraceBody(*s.trajectory, s.model.body_index.at(match.body), s.dynamics.get()));
+      Reference::Path path;
+      if (const auto* match = std::get_if<PositionMatchLoss>(&term)) {
+        path.body = TraceBody(*s.trajectory, s.model.body_index.at(match->body), s.dynamics.get());
+      } else {
+        path.heights =
+            TraceHeight(std::get<HeightLoss>(term), s.scene.rollout.step, s.model, *s.trajectory, s.dynamics.get());
+      }
+      reference.paths.push_back(std::move(path));
     }
   }
   references_.push_front(std::move(reference));
@@ -125,6 +132,7 @@ double RolloutModel::EvaluateTask(const Simulated& s, Cotangents* bar) const {
                      const int body = s.model.body_index.at(term.opening.body);
                      return EvaluateCrossingLoss(term, TraceBody(*s.trajectory, body, s.dynamics.get()), &bar->states);
                    },
+                   [&](const HeightLoss& term) { return EvaluateHeightTerm(term, s, nullptr, bar); },
                    [&](const ControlCostLoss& term) {
                      bar->commands += 2.0 * term.weight * s.commands;
                      return term.weight * s.commands.squaredNorm();
@@ -144,15 +152,41 @@ double RolloutModel::EvaluateTask(const Simulated& s, Cotangents* bar) const {
   return loss;
 }
 
-double RolloutModel::EvaluateDistillation(const Simulated& s, const std::vector<BodyPath>& reference,
-                                          Cotangents* bar) const {
+double RolloutModel::EvaluateHeightTerm(const HeightLoss& term, const Simulated& s,
+                                        const std::vector<double>* reference, Cotangents* bar) const {
+  const double step = s.scene.rollout.step;
+  const std::vector<double> heights = TraceHeight(term, step, s.model, *s.trajectory, s.dynamics.get());
+  return EvaluateHeight(term, step, s.model, *s.trajectory, heights,
+                        reference != nullptr ? *reference : std::vector<double>{heights[0]}, s.dynamics.get(),
+                        &bar->states);
+}
+
+double RolloutModel::EvaluateDistillation(const Simulated& s, const Reference& reference, Cotangents* bar) const {
   double loss = 0.0;
-  for (std::size_t i = 0; i < reference.size(); ++i) {
-    const auto& match = std::get<PositionMatchLoss>(s.scene.loss.distillation[i]);
-    const BodyPath path = TraceBody(*s.trajectory, s.model.body_index.at(match.body), s.dynamics.get());
-    loss += EvaluatePositionMatch(match, s.scene.rollout.step, path, reference[i], &bar->states);
+  for (std::size_t i = 0; i < reference.paths.size(); ++i) {
+    const Reference::Path& path = reference.paths[i];
+    loss +=
+        std::visit(Overloaded{[&](const PositionMatchLoss& term) {
+                                const int body = s.model.body_index.at(term.body);
+                                return EvaluatePositionMatch(term, s.scene.rollout.step,
+                                                             TraceBody(*s.trajectory, body, s.dynamics.get()),
+                                                             path.body, &bar->states);
+                              },
+                              [&](const HeightLoss& term) { return EvaluateHeightTerm(term, s, &path.heights, bar); }},
+                   s.scene.loss.distillation[i]);
   }
   return loss;
+}
+
+bool RolloutModel::TestSuccess(const Simulated& s) const {
+  return std::visit(Overloaded{[&](const CrossesOpening& test) {
+                                 const int body = s.model.body_index.at(test.opening.body);
+                                 return CrossesInside(test.opening, TraceBody(*s.trajectory, body, s.dynamics.get()));
+                               },
+                               [&](const HoldsRope& test) {
+                                 return HoldsRopeAtEnd(test, s.scene, s.model, *s.trajectory, s.dynamics.get());
+                               }},
+                    *s.scene.success);
 }
 
 void RolloutModel::AddGradient(const VectorXd& controls, const Simulated& s, Cotangents* bar,
@@ -201,12 +235,8 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
   }
   Cotangents bar;
   bar.commands.setZero(s.commands.rows(), s.commands.cols());
-  out.loss = distill ? EvaluateDistillation(s, reference->paths, &bar) : EvaluateTask(s, &bar);
-  if (s.scene.success) {
-    const Opening& opening = std::get<CrossesOpening>(*s.scene.success).opening;
-    const int body = s.model.body_index.at(opening.body);
-    out.success = CrossesInside(opening, TraceBody(*s.trajectory, body, s.dynamics.get()));
-  }
+  out.loss = distill ? EvaluateDistillation(s, *reference, &bar) : EvaluateTask(s, &bar);
+  out.success = s.scene.success && TestSuccess(s);
   out.certificate.finite = std::isfinite(out.loss);
   const double middle = clock ? clock() : 0.0;
   forward_s = middle - start;

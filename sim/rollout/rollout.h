@@ -86,20 +86,29 @@ class RolloutModel {
     Eigen::MatrixXd commands;  // like Simulated::commands
   };
 
+  // Reference paths of one (theta, controls, variation), one a distillation term; empty when the reference failed.
+  struct Reference {
+    Eigen::VectorXd theta, controls;
+    std::vector<double> variation;
+    struct Path {
+      BodyPath body;                // of a position match
+      std::vector<double> heights;  // of a height match
+    };
+    std::vector<Path> paths;
+  };
+
   void CheckInput(const RolloutInput& input) const;
   std::shared_ptr<const DesignedShapes> GetShapes(const Eigen::VectorXd& theta);
   Simulated Simulate(const Eigen::VectorXd& theta, const Eigen::VectorXd& controls,
                      const std::vector<double>& variation, const std::function<void(int)>& progress);
   double EvaluateTask(const Simulated& s, Cotangents* bar) const;
-  double EvaluateDistillation(const Simulated& s, const std::vector<BodyPath>& reference, Cotangents* bar) const;
+  double EvaluateDistillation(const Simulated& s, const Reference& reference, Cotangents* bar) const;
+  // Against the height at the start where `reference` is null.
+  double EvaluateHeightTerm(const HeightLoss& term, const Simulated& s, const std::vector<double>* reference,
+                            Cotangents* bar) const;
+  bool TestSuccess(const Simulated& s) const;
   void AddGradient(const Eigen::VectorXd& controls, const Simulated& s, Cotangents* bar, RolloutOutput* out) const;
 
-  // Reference paths of one (theta, controls, variation), one a distillation term; empty when the reference failed.
-  struct Reference {
-    Eigen::VectorXd theta, controls;
-    std::vector<double> variation;
-    std::vector<BodyPath> paths;
-  };
   const Reference& GetReference(const RolloutInput& input);
 
   Scene scene_;

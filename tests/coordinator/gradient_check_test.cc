@@ -234,6 +234,24 @@ TEST_F(GradientCheck, RefusesOptionsOutOfRange) {
   EXPECT_THROW(Check(), std::invalid_argument);
 }
 
+// Truncation h² L'''/6 and rounding noise/h leave less than three steps between them; without truncation there is room.
+TEST(DifferenceLadder, AsksFourthOrderWhereSecondLeavesNoRoom) {
+  const auto find = [](double fourth) {
+    DifferenceLadder ladder;
+    for (std::vector<int> next = ladder.ListNextSteps(); !next.empty(); next = ladder.ListNextSteps()) {
+      for (const int k : next) {
+        const double h = CalcLadderStep(k);
+        const double noise = (k % 2 == 0 ? 1.0 : -1.0) * 5e-13 / h;
+        ladder.Set(k, 1.0 + fourth + 1e9 * h * h + noise);
+      }
+    }
+    return ladder.FindBestWindow(1.0, 1e-5);
+  };
+  EXPECT_GE(find(0.0).plateau_steps, 3);
+  EXPECT_NEAR(find(0.0).difference, 1.0, 1e-5);
+  EXPECT_EQ(find(3e-5).plateau_steps, 0);  // and a wrong derivative has none of either order
+}
+
 TEST(DifferenceLadder, FindsTheWindowWithTheLeastError) {
   DifferenceLadder ladder;
   EXPECT_THAT(ladder.ListNextSteps(), ElementsAre(9, 10, 11));
