@@ -321,8 +321,8 @@ TEST_F(LearnTest, LandscapeIsTheSameForAnyNumberOfWorkers) {
   EXPECT_THAT(columns["left_depth"],
               ::testing::ElementsAre("0", "0.02", "0.04", "0", "0.02", "0.04", "0", "0.02", "0.04"));
   // The first cell is the initial design, and knap evaluate knows its mean loss.
-  const Ended evaluated = Run({"evaluate", kConfig, "--set", "rollout.horizon=2 s", "--variations", "2", "--json",
-                               "--quiet"});
+  const Ended evaluated =
+      Run({"evaluate", kConfig, "--set", "rollout.horizon=2 s", "--variations", "2", "--json", "--quiet"});
   ASSERT_EQ(evaluated.code, 0) << evaluated.err;
   const double mean = Json::parse(evaluated.out)["designs"][0]["test"]["loss_mean"];
   EXPECT_EQ(std::stod(columns["loss"][0]), mean);
