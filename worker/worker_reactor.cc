@@ -133,9 +133,8 @@ void WorkerReactor::HandleAssignment(const assignment_t& assignment, const Conte
   }
   if (IsQueued(id) || queue_.size() >= static_cast<std::size_t>(kMaxQueue)) return;
 
-  const std::int64_t total =
-      std::int64_t{assignment.theta_size} + assignment.control_size + assignment.reference_size +
-      assignment.variation_size;
+  const std::int64_t total = std::int64_t{assignment.theta_size} + assignment.control_size + assignment.reference_size +
+                             assignment.variation_size;
   if (total > kMaxValues) {
     ++refusals_.malformed;
     return;

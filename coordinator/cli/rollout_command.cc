@@ -173,9 +173,8 @@ RolloutInput FindInput(const RolloutFlags& flags, const LoadedScenario& scenario
   return input;
 }
 
-RolloutInput MakeInput(const RolloutFlags& flags, const Scene& scene) {
+RolloutInput MakeInput(const RolloutFlags& flags, const Scene& scene, const ParameterSpec& parameters) {
   RolloutInput input;
-  const ParameterSpec parameters = scene.design || scene.controls ? MakeProblem(scene).parameters : ParameterSpec();
   const std::vector<double> theta = ParseTheta(flags.theta, "--theta", parameters);
   SplitControls(ToVector(theta), parameters.controls, &input.theta, &input.controls);
   if (!flags.reference_theta.empty()) {
@@ -191,10 +190,13 @@ int RunRollout(const RolloutFlags& flags) {
   const std::string config = is_request ? OpenRun(flags.config).config_path().string() : flags.config;
   const LoadedScenario scenario = LoadValidScenario(config, flags.overrides);
   const Scene& scene = scenario.parsed.scene;
-  const RolloutInput input = is_request ? FindInput(flags, scenario) : MakeInput(flags, scene);
+  const ParameterSpec parameters = scene.design || scene.controls ? MakeProblem(scene).parameters : ParameterSpec();
+  const RolloutInput input = is_request ? FindInput(flags, scenario) : MakeInput(flags, scene, parameters);
   RolloutModel model(scenario.files);
   model.clock = ReadSeconds;
   const RolloutOutput output = model.Run(input, {});
+  std::vector<double> theta(input.theta.begin(), input.theta.end());
+  theta.insert(theta.end(), input.controls.begin(), input.controls.end());
   const RolloutRecord record{scene, parameters, theta, input, output, model.forward_s, model.gradient_s};
   fmt::print("{}", flags.json ? MakeJson(record).dump(2) + "\n" : FormatRecord(record));
   return kExitDone;

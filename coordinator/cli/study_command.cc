@@ -69,9 +69,8 @@ void ReadPlan(const RunDirectory& study, StudyArguments* arguments) {
 
 RunDirectory MakeStudy(const StudyArguments& arguments, const PreparedScenario& prepared, const StudyOptions& options,
                        const RunInfo& info) {
-  RunDirectory study = arguments.out.empty()
-                           ? RunDirectory::CreateNamed("studies", info.scenario, info.started)
-                           : CreateRun(arguments.out);
+  RunDirectory study = arguments.out.empty() ? RunDirectory::CreateNamed("studies", info.scenario, info.started)
+                                             : CreateRun(arguments.out);
   study.WriteRunInfo(info);
   WriteFileAtomically(FindPlan(study), MakeJsonText(MakePlanJson(options), 2) + "\n");
   WriteScenario(prepared.scenario, study);

@@ -43,7 +43,8 @@ std::vector<double> ListRoundNumbers(double lower, double upper, int count) {
   const double step = power * (ratio <= 1.5 ? 1.0 : ratio <= 3.5 ? 2.0 : ratio <= 7.5 ? 5.0 : 10.0);
   const double slack = 1e-9 * (upper - lower);
   std::vector<double> numbers;
-  for (double k = std::ceil((lower - slack) / step); k * step <= upper + slack; ++k) numbers.push_back(k * step + 0.0);  // + 0: no −0
+  for (double k = std::ceil((lower - slack) / step); k * step <= upper + slack; ++k)
+    numbers.push_back(k * step + 0.0);  // + 0: no −0
   return numbers;
 }
 

@@ -83,8 +83,8 @@ TopView TraceTopView(RolloutModel& model, const std::vector<double>& theta,
   const BodyPath tool = model.Trace({design, {}, variations.front()}, tool_name);
   const auto at_contact = static_cast<std::size_t>(
       std::lower_bound(tool.time.begin(), tool.time.end() - 1, contact_time) - tool.time.begin());
-  const Outline outline = CalcSilhouette(model.design()->Find(tool_name)->CalcMesh(design), static_cast<int>(opening.opening_axis),
-                                         static_cast<int>(opening.axis));
+  const Outline outline = CalcSilhouette(model.design()->Find(tool_name)->CalcMesh(design),
+                                         static_cast<int>(opening.opening_axis), static_cast<int>(opening.axis));
   view.tool_at_contact = Shift(outline, Project(tool.p_W[at_contact], opening));
   const std::size_t way = tool.p_W.size() - 1 - at_contact;
   for (std::size_t k = 1; k <= kPosesBetween; ++k) {

@@ -37,9 +37,8 @@ void RunRecording::Add(std::int64_t event, const std::string& channel, const std
 void RunRecording::AddAssignment(std::int64_t event, const rollout_request_t& request, const assignment_t& assignment) {
   ++counters_.requests;
   const ContentId id = MakeId(assignment.id);
-  const std::int64_t total =
-      std::int64_t{assignment.theta_size} + assignment.control_size + assignment.reference_size +
-      assignment.variation_size;
+  const std::int64_t total = std::int64_t{assignment.theta_size} + assignment.control_size + assignment.reference_size +
+                             assignment.variation_size;
   if (total > kMaxValues) {
     Note(event, fmt::format("request {} announces {} values", FormatHex(id), total));
     return;

@@ -48,7 +48,7 @@ class CageDesign {
   // The deformed cage.
   TriangleMesh CalcCage(const Eigen::Ref<const Eigen::VectorXd>& theta) const;
 
-  // Derivative (3 x d) of a point that moves with the mesh as a vertex of it at p would; p in the initial shape's frame.
+  // Derivative (3 x d) of a point that moves with the mesh as a vertex at p would; p in the initial shape's frame.
   Eigen::Matrix3Xd CalcPointDerivative(const Eigen::Vector3d& p) const;
 
   // (dm/dtheta)^T bar: turns the cotangent of the vertices, bar_vertices (3 x n_mesh, dL/dm), into that of

@@ -189,10 +189,11 @@ class SceneChecker {
       for (const DesignedBody& body : scene_.design->bodies) CheckDesignedBody(body);
       for (const DesignParameter& parameter : scene_.design->parameters) CheckParameter(parameter);
     }
-    if (log_.HasFailedNear("design.bodies")) return;  // it may be what the following misses
+    // An entry that is wrong or of the wrong body may be what the following misses.
+    if (log_.HasFailedNear("design.bodies") || HasMisplacedDesign()) return;
     for (const Body& body : scene_.bodies) {
       const std::string path = "bodies." + body.name;
-      if (body.shape && std::holds_alternative<DesignedMeshShape>(*body.shape) && CountDesigns(body.name) == 0) {
+      if (IsDesigned(body) && CountDesigns(body.name) == 0) {
         Report({path + ".shape.type", path}, scene_.design ? "needs an entry of design.bodies that gives the mesh"
                                                            : "needs a section 'design' that gives the mesh");
       }
@@ -201,6 +202,19 @@ class SceneChecker {
                "only a designed parent has a mesh that joints move with");
       }
     }
+  }
+
+  static bool IsDesigned(const Body& body) {
+    return body.shape && std::holds_alternative<DesignedMeshShape>(*body.shape);
+  }
+
+  bool HasMisplacedDesign() const {
+    if (!scene_.design) return false;
+    const std::vector<DesignedBody>& bodies = scene_.design->bodies;
+    return std::any_of(bodies.begin(), bodies.end(), [&](const DesignedBody& designed) {
+      const Body* body = FindBody(designed.name);
+      return body != nullptr && !IsDesigned(*body);
+    });
   }
 
   std::ptrdiff_t CountDesigns(const std::string& name) const {
@@ -213,7 +227,7 @@ class SceneChecker {
     const Body* body = FindBody(designed.name);
     if (body == nullptr) return;
     const std::string path = "design.bodies." + designed.name;
-    if (!body->shape || !std::holds_alternative<DesignedMeshShape>(*body->shape)) {
+    if (!IsDesigned(*body)) {
       Report({path + ".name", "bodies." + designed.name + ".shape"},
              "the shape of this body must be of type designed_mesh");
     }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <ctime>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "sim/gradient/adjoint.h"
 #include "sim/integrators/simulate.h"
@@ -91,9 +93,9 @@ void BM_Finger(benchmark::State& state) {
 }
 BENCHMARK(BM_Finger)->Unit(benchmark::kMillisecond);
 
-// configs/reaching.yaml as it is learned from: the whole rollout, its gradient in design and controls.
-void BM_Reaching(benchmark::State& state) {
-  const LoadedScenario scenario = LoadScenario(KNAP_CONFIGS "/reaching.yaml");
+// A scenario as it is learned from: the whole rollout and its gradient in design and controls.
+void MeasureRollout(benchmark::State& state, const char* config, const std::vector<double>& variation) {
+  const LoadedScenario scenario = LoadScenario(std::string(KNAP_CONFIGS "/") + config);
   if (!scenario.parsed.ok()) throw std::runtime_error(scenario.parsed.FormatErrors());
   RolloutModel model(scenario.files);
   model.clock = Now;
@@ -103,6 +105,7 @@ void BM_Reaching(benchmark::State& state) {
   for (Eigen::Index i = 0; i < input.controls.size(); ++i) {
     input.controls(i) = 0.4 * std::sin(0.9 * static_cast<double>(i));
   }
+  input.variation = variation;
   double forward = 0.0;
   double gradient = 0.0;
   double steps = 0.0;
@@ -118,7 +121,13 @@ void BM_Reaching(benchmark::State& state) {
   state.counters["us_per_step"] = 1e6 * forward / steps;
   state.counters["gradient_to_forward"] = gradient / forward;
 }
+
+void BM_Reaching(benchmark::State& state) { MeasureRollout(state, "reaching.yaml", {}); }
 BENCHMARK(BM_Reaching)->Unit(benchmark::kMillisecond);
+
+// The pea starts a little beside the middle.
+void BM_Pushing(benchmark::State& state) { MeasureRollout(state, "pushing.yaml", {0.007, 0.095}); }
+BENCHMARK(BM_Pushing)->Unit(benchmark::kMillisecond);
 
 // Ball joints, swinging freely.
 void BM_Chain(benchmark::State& state) {

@@ -18,8 +18,8 @@ class DirectService : public RolloutService {
   std::vector<RolloutOutcome> Evaluate(std::span<const RolloutQuery> queries) override {
     std::vector<RolloutOutcome> outcomes;
     for (const RolloutQuery& query : queries) {
-      const EngineAnswer answer = scenario_->Run({query.theta, {}, query.theta_reference, query.variation, query.gradient},
-                                                 [](std::int64_t, std::int64_t) {});
+      const EngineAnswer answer = scenario_->Run(
+          {query.theta, {}, query.theta_reference, query.variation, query.gradient}, [](std::int64_t, std::int64_t) {});
       RolloutOutcome outcome;
       outcome.loss = answer.loss;
       outcome.success = answer.success;

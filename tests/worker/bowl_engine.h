@@ -1,6 +1,7 @@
 // The engine `bowl`, in closed form: the C++ twin of the one in tests/worker/java/Bowl.java, so that workers in two
-// languages can be held against each other. Whatever the scenario is, theta in metres and then the controls, weights w_i = 1 + i/2,
-// v_i the variation's value i modulo its length (0 when empty) and targets t_i = (0.01 + 0.005 i) + 0.1 v_i:
+// languages can be held against each other. Whatever the scenario is, theta in metres and then the controls, weights
+// w_i = 1 + i/2, v_i the variation's value i modulo its length (0 when empty) and targets t_i = (0.01 + 0.005 i) + 0.1
+// v_i:
 //   task loss L = 1/2 sum_i w_i (theta_i - t_i)^2,        dL/dtheta_i = w_i (theta_i - t_i)
 //   distillation L = 1/2 sum_i (theta_i - reference_i)^2, dL/dtheta_i = theta_i - reference_i
 //   success: L < 0.001.

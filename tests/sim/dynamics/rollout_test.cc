@@ -126,8 +126,8 @@ TEST(Rollout, TheOrderOfBodiesDoesNotMatter) {
   RolloutModel reversed(scenario.files);
   EXPECT_NE(model.scene().bodies.front().name, reversed.scene().bodies.front().name);
   ExpectSamePath(model.Trace({theta, {}, {0.007, 0.095}}, "pea"), reversed.Trace({theta, {}, {0.007, 0.095}}, "pea"));
-  EXPECT_TRUE(SameBits(model.Run({theta, {}, {0.007, 0.095}, true}, {}),
-                       reversed.Run({theta, {}, {0.007, 0.095}, true}, {})));
+  EXPECT_TRUE(
+      SameBits(model.Run({theta, {}, {0.007, 0.095}, true}, {}), reversed.Run({theta, {}, {0.007, 0.095}, true}, {})));
 }
 
 TEST(Rollout, AChildMayBeListedBeforeItsParent) {

@@ -132,7 +132,7 @@ const SceneErrorCase kFieldErrors[] = {
      "swivel, puck, brick, pill, pea, rope"},
     {"UnknownParameter", "parameter: depth", "parameter: @dept",
      "design.bodies.tool.moves[2].parameter: value 'dept': no such parameter; did you mean 'depth'?"},
-    {"UnknownGroup", "group: right", "group: @rihgt",
+    {"UnknownGroup", "width, group: right", "width, group: @rihgt",
      "design.bodies.tool.moves[1].group: value 'rihgt': no such vertex group; did you mean 'right'?"},
     {"BadName", "name: everything", "name: @every-thing",
      "name: value 'every-thing': expected a name of letters, digits and _ that does not begin with a digit"},
