@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "coordinator/report/svg_ink.h"
 #include "coordinator/report/top_view.h"
 
 namespace knap {
@@ -16,10 +17,6 @@ namespace {
 constexpr std::uint64_t kShownVariations = 12;
 constexpr double kPanelWidth = 460.0, kGap = 40.0, kMargin = 30.0, kTitleHeight = 76.0, kLegendHeight = 64.0;  // [px]
 constexpr double kBorder = 0.015;  // around what is shown [m]
-constexpr const char* kSuccess = "#1a7f37";
-constexpr const char* kFailure = "#cf222e";
-constexpr const char* kInk = "#24292f";
-constexpr const char* kFaint = "#6e7781";
 
 struct Colours {
   const char* fill;
@@ -28,26 +25,6 @@ struct Colours {
 constexpr Colours kGrey{"#afb8c1", "#57606a"};
 constexpr Colours kBlue{"#54aeff", "#0550ae"};
 
-// Metres, up-axis upwards, to pixels of one panel, whose top left corner is `corner`.
-struct PanelMap {
-  Eigen::AlignedBox2d shown;  // [m]
-  double scale = 1.0;         // [px/m]
-  Eigen::Vector2d corner{0.0, 0.0};
-
-  Eigen::Vector2d operator()(const Eigen::Vector2d& point) const {
-    return corner + scale * Eigen::Vector2d(point.x() - shown.min().x(), shown.max().y() - point.y());
-  }
-};
-
-std::string DrawPoints(const std::vector<Eigen::Vector2d>& points, const PanelMap& map) {
-  std::string data;
-  for (const Eigen::Vector2d& point : points) {
-    const Eigen::Vector2d p = map(point);
-    data += fmt::format("{}{:.1f},{:.1f}", data.empty() ? "M" : " ", p.x(), p.y());
-  }
-  return data;
-}
-
 std::string DrawOutline(const Outline& outline, const PanelMap& map, const Colours& colours, double opacity) {
   std::string data;
   for (const auto& loop : outline) data += DrawPoints(loop, map) + "Z";
@@ -55,19 +32,6 @@ std::string DrawOutline(const Outline& outline, const PanelMap& map, const Colou
       "<path d=\"{}\" fill=\"{}\" fill-opacity=\"{}\" stroke=\"{}\" stroke-opacity=\"{}\" stroke-width=\"1.5\" "
       "stroke-linejoin=\"round\"/>\n",
       data, colours.fill, 0.75 * opacity, colours.line, opacity);
-}
-
-std::string DrawLine(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const char* colour, double width) {
-  return fmt::format(
-      "<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\" stroke-width=\"{}\"/>\n", from.x(),
-      from.y(), to.x(), to.y(), colour, width);
-}
-
-std::string DrawText(const Eigen::Vector2d& at, int size, const char* anchor, const char* colour,
-                     const std::string& text, const char* weight = "normal") {
-  return fmt::format(
-      "<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{}\" text-anchor=\"{}\" fill=\"{}\" font-weight=\"{}\">{}</text>\n",
-      at.x(), at.y(), size, anchor, colour, weight, text);
 }
 
 std::string DrawPath(const TracedPath& path, const PanelMap& map, double radius) {
@@ -126,15 +90,6 @@ Eigen::AlignedBox2d CalcShown(const std::vector<const TopView*>& views, const Ei
   return {box.min() - border, box.max() + border};
 }
 
-std::string FormatTitle(const char* name, const TestSummary& test) {
-  return fmt::format("{}: {:.1f}% of {} succeed", name, 100.0 * test.success_rate, test.variations);
-}
-
-std::string FormatInterval(const TestSummary& test) {
-  return fmt::format("95% interval {:.1f} to {:.1f}%", 100.0 * test.success_interval.lower,
-                     100.0 * test.success_interval.upper);
-}
-
 std::string DrawLegend(const PanelMap& map, double y, double width) {
   const double bar_m = map.shown.sizes().x() > 0.15 ? 0.05 : 0.01;
   double x = kMargin;
@@ -157,18 +112,16 @@ std::string DrawLegend(const PanelMap& map, double y, double width) {
   box("#fff8c5", "#9a6700", " stroke-dasharray=\"4 3\"", "starts", 104.0);
   box(kGrey.fill, kGrey.line, "", "initial tool", 140.0);
   box(kBlue.fill, kBlue.line, "", "learned tool", 150.0);
-  const double bar = bar_m * map.scale, right = width - kMargin;
-  ink += DrawLine({right - bar, y - 5.0}, {right, y - 5.0}, kInk, 3.0);
-  ink += DrawText({right - bar - 8.0, y}, 16, "end", kInk, fmt::format("{:.0f} mm", 1e3 * bar_m));
+  ink += DrawScaleBar({width - kMargin, y}, map, bar_m);
   return ink;
 }
 
 }  // namespace
 
-std::optional<std::string> DrawTopView(RolloutModel& model, const VariationSpec& variations,
+std::optional<std::string> DrawPicture(RolloutModel& model, const VariationSpec& variations,
                                        const PictureFigures& figures) {
   const std::optional<Opening> opening = FindShownOpening(model.scene());
-  if (!opening) return std::nullopt;
+  if (!opening) return DrawRopeView(model, variations, figures);
   std::vector<std::vector<double>> shown;
   for (std::uint64_t i = 0; i < kShownVariations; ++i) {
     shown.push_back(SampleVariation(variations, figures.test_initial.seed, RandomStream::kTestVariations, i));
@@ -186,23 +139,14 @@ std::optional<std::string> DrawTopView(RolloutModel& model, const VariationSpec&
   const double panel_height = map.scale * map.shown.sizes().y();
   const double width = 2.0 * (kMargin + kPanelWidth) + kGap, height = kTitleHeight + panel_height + kLegendHeight;
 
-  std::string svg = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.0f} {1:.0f}\" width=\"{0:.0f}\" height=\"{1:.0f}\" "
-      "font-family=\"Helvetica, Arial, 'DejaVu Sans', sans-serif\">\n<rect width=\"100%\" height=\"100%\" "
-      "fill=\"white\"/>\n",
-      width, height);
+  std::string svg = BeginSvg(width, height);
   const auto panel = [&](int index, const TopView& view, const Colours& colours, const char* name,
                          const TestSummary& test) {
     map.corner = {kMargin + index * (kPanelWidth + kGap), kTitleHeight};
-    const double x = map.corner.x(), y = map.corner.y();
-    svg += DrawText({x + 0.5 * kPanelWidth, 36.0}, 24, "middle", kInk, FormatTitle(name, test), "bold");
+    const double x = map.corner.x();
+    svg += DrawText({x + 0.5 * kPanelWidth, 36.0}, 24, "middle", kInk, FormatTitle(name, test, "succeed"), "bold");
     svg += DrawText({x + 0.5 * kPanelWidth, 62.0}, 16, "middle", kFaint, FormatInterval(test));
-    svg += fmt::format(
-        "<clipPath id=\"panel{0}\"><rect x=\"{1:.1f}\" y=\"{2:.1f}\" width=\"{3:.1f}\" "
-        "height=\"{4:.1f}\"/></clipPath>\n"
-        "<rect x=\"{1:.1f}\" y=\"{2:.1f}\" width=\"{3:.1f}\" height=\"{4:.1f}\" fill=\"#f6f8fa\" stroke=\"#d0d7de\"/>\n"
-        "<g clip-path=\"url(#panel{0})\">\n",
-        index, x, y, kPanelWidth, panel_height);
+    svg += BeginPanel(index, map.corner, {kPanelWidth, panel_height}, "#d0d7de");
     svg += DrawStartBox(start, map);
     svg += DrawOpening(*opening, map);
     svg += DrawOutline(view.tool_at_contact, map, colours, 0.55);

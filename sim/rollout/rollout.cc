@@ -128,6 +128,14 @@ const RolloutModel::Reference& RolloutModel::GetReference(const RolloutInput& in
   return references_.front();
 }
 
+bool RolloutModel::Succeeds(const Simulated& s, const Scene& varied) {
+  if (const auto* test = std::get_if<CrossesOpening>(&*varied.success)) {
+    const int body = s.model.body_index.at(test->opening.body);
+    return CrossesInside(test->opening, TraceBody(*s.trajectory, body, s.dynamics.get()));
+  }
+  return HoldsRopeAtEnd(std::get<HoldsRope>(*varied.success), varied, s.model, *s.trajectory, s.dynamics.get());
+}
+
 RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<void(int, int)>& progress) {
   const int d = num_parameters();
   if (input.theta.size() != d || (input.theta_reference.size() != 0 && input.theta_reference.size() != d)) {
@@ -188,14 +196,7 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
       }
     }
   }
-  if (varied.success) {
-    if (const auto* test = std::get_if<CrossesOpening>(&*varied.success)) {
-      out.success = CrossesInside(test->opening, trace(test->opening.body));
-    } else {
-      out.success = HoldsRopeAtEnd(std::get<HoldsRope>(*varied.success), varied, s.model, *s.trajectory,
-                                   s.dynamics.get());
-    }
-  }
+  out.success = varied.success && Succeeds(s, varied);
   out.certificate.finite = std::isfinite(out.loss);
   const double middle = clock ? clock() : 0.0;
   forward_s = middle - start;
@@ -217,7 +218,7 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
       if (vertices.cols() > 0) out.gradient = design_->PullBack(vertices);
       // A gradient of zero is one that nothing contests: what the tool never touched.
       const double g = (out.gradient.array() * parameter_ranges_.array()).abs().maxCoeff();
-      out.smooth = g == 0.0 || out.loss_rounding <= kLargestSmoothRounding * g;
+      out.smooth = g == 0.0 || out.loss_rounding <= kLargestSmoothRounding * varied.gradient.tolerance * g;
     }
   }
   gradient_s = clock ? clock() - middle : 0.0;
@@ -227,6 +228,21 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
 BodyPath RolloutModel::Trace(const VectorXd& theta, const std::vector<double>& variation, const std::string& body) {
   const Simulated s = Simulate(theta, MakeVariedScene(variation), {});
   return TraceBody(*s.trajectory, s.model.body_index.at(body), s.dynamics.get());
+}
+
+RopeStills RolloutModel::TraceRope(const VectorXd& theta, const std::vector<double>& variation,
+                                   const std::string& rope) {
+  const Scene varied = MakeVariedScene(variation);
+  const Simulated s = Simulate(theta, varied, {});
+  const auto look = [&](int state) {
+    s.dynamics->CalcKinematics(s.trajectory->q(state), s.trajectory->v(state), s.trajectory->vdot(state),
+                               s.trajectory->time(state));
+    RopeStill still{{}, s.model.tree.gravity};
+    for (const int i : s.model.links.at(rope)) still.X_WL.push_back(s.dynamics->kinematics()[i].X_WB);
+    return still;
+  };
+  const bool success = s.trajectory->certificate.converged && varied.success && Succeeds(s, varied);
+  return {look(0), look(s.trajectory->size() - 1), success};
 }
 
 }  // namespace knap

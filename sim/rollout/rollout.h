@@ -20,10 +20,11 @@
 
 namespace knap {
 
-// A gradient counts as smooth while rounding moves the loss by no more than this times ‖g‖∞ (g in range-normalised
-// parameters): then steps of 1e-7 of a range and more still show it to five digits. Beyond, the outcome hangs on so
-// many bounces that neither differences nor an optimizer could tell this gradient from another. See docs/method.md.
-inline constexpr double kLargestSmoothRounding = 5e-12;
+// A gradient counts as smooth while rounding moves the loss by no more than this times the scenario's tolerance times
+// ‖g‖∞ (g in range-normalised parameters): then steps of 1e-6 of a range and more still show it that well. Beyond, the
+// outcome hangs on so many bounces that neither differences nor an optimizer could tell this gradient from another. See
+// docs/method.md.
+inline constexpr double kLargestSmoothRounding = 5e-7;
 
 struct RolloutInput {
   Eigen::VectorXd theta;            // d
@@ -38,8 +39,19 @@ struct RolloutOutput {
   Eigen::VectorXd gradient;  // d, or empty
   SimulationCertificate certificate;
   double loss_rounding = 0.0;  // what rounding does to the loss, estimated (adjoint.h); 0 without a gradient
-  bool smooth = true;          // loss_rounding ≤ kLargestSmoothRounding · ‖g‖∞
+  bool smooth = true;          // loss_rounding ≤ kLargestSmoothRounding · tolerance · ‖g‖∞
   int steps = 0;       // whole steps simulated
+};
+
+// A rope at one instant.
+struct RopeStill {
+  std::vector<Pose> X_WL;     // of its links
+  Eigen::Vector3d gravity_W;  // [m/s²]
+};
+
+struct RopeStills {
+  RopeStill start, end;
+  bool success = false;
 };
 
 class RolloutModel {
@@ -56,6 +68,7 @@ class RolloutModel {
 
   // Paths of one body without any loss, for pictures.
   BodyPath Trace(const Eigen::VectorXd& theta, const std::vector<double>& variation, const std::string& body);
+  RopeStills TraceRope(const Eigen::VectorXd& theta, const std::vector<double>& variation, const std::string& rope);
 
   // Wall time of the last Run's parts, by the caller's clock (seconds since any origin); zero without one.
   std::function<double()> clock;
@@ -83,6 +96,7 @@ class RolloutModel {
     };
     std::vector<Path> paths;
   };
+  bool Succeeds(const Simulated& simulated, const Scene& varied);
   const Reference& GetReference(const RolloutInput& input, const Scene& varied);
 
   Scene scene_;

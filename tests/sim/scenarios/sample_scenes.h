@@ -125,6 +125,7 @@ variation:
   - {key: "loss.task[0].opening_center", distribution: uniform, lower: -1 mm, upper: 1 mm}
 learning: {method: simple_continual, variations: 10, batch: 2, dimensions_per_batch: 1, alpha: 0.2,
            learning_rate: 0.5, decay: 0.4, optimizer: LD_MMA, max_evaluations: 7, seed: 9007199254740991}
+gradient: {tolerance: 1e-4, flagged: 0.1}
 evaluation: {variations: 20, seed: 12}
 )";
 
