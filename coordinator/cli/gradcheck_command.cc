@@ -81,7 +81,7 @@ int RunGradcheck(const GradcheckFlags& flags) {
 
 void AddGradcheckCommand(CLI::App* app, std::function<int()>* command) {
   const auto flags = std::make_shared<GradcheckFlags>();
-  CLI::App* gradcheck = app->add_subcommand("gradcheck", "compare rollout gradients with central differences");
+  CLI::App* gradcheck = app->add_subcommand("gradcheck", "Compares rollout gradients with central differences");
   gradcheck->add_option("config", flags->config, "scenario file")->required();
   gradcheck->add_option("overrides", flags->overrides, "changes to it, a.b=c");
   gradcheck

@@ -178,7 +178,7 @@ int RunRollout(const RolloutFlags& flags) {
 
 void AddRolloutCommand(CLI::App* app, std::function<int()>* command) {
   const auto flags = std::make_shared<RolloutFlags>();
-  CLI::App* rollout = app->add_subcommand("rollout", "run one rollout in this process");
+  CLI::App* rollout = app->add_subcommand("rollout", "Runs one rollout in this process");
   rollout->add_option("config", flags->config, "scenario file; with --request a run directory")->required();
   rollout->add_option("overrides", flags->overrides, "changes to it, a.b=c");
   rollout->add_option(

@@ -53,7 +53,7 @@ int RunValidate(const ValidateFlags& flags) {
 
 void AddValidateCommand(CLI::App* app, std::function<int()>* command) {
   const auto flags = std::make_shared<ValidateFlags>();
-  CLI::App* validate = app->add_subcommand("validate", "report all errors of a scenario as file:line:column");
+  CLI::App* validate = app->add_subcommand("validate", "Reports all errors of a scenario as file:line:column");
   CLI::Option* config = validate->add_option("config", flags->config, "scenario file");
   validate->add_option("overrides", flags->overrides, "changes to it, a.b=c");
   validate->add_flag("--describe", flags->describe, "print the reference of the format instead (docs/scenario.md)")

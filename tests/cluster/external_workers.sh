@@ -2,9 +2,9 @@
 # tests/cluster/external_workers.sh KNAP KNAP_WORKER CONFIG [KNAP_RELAY]
 #
 # Three workers started by hand, `knap learn --external`, one worker killed for good while it learns: the learned theta
-# has the same bits as that of one local worker. The other two are held until the coordinator notices the loss, so that a
-# fast run cannot end before. With KNAP_RELAY they talk over tcpq:// through it, and it too is killed and started again in
-# the middle.
+# has the same bits as that of one local worker. The other two are held until the coordinator notices the loss, so that
+# a fast run cannot end before. With KNAP_RELAY they talk over tcpq:// through it, and it too is killed and started
+# again in the middle.
 set -euo pipefail
 knap=$1 knap_worker=$2 config=$3 knap_relay=${4-}
 folder=$(mktemp -d)

@@ -12,11 +12,11 @@
 #include <vector>
 
 #include "coordinator/dispatch/dispatcher.h"
+#include "coordinator/run_directory/temporary_folder.h"
 #include "lcmtypes/wire/lcm_transport.h"
 #include "lcmtypes/wire/multicast.h"
 #include "tests/cluster/child_process.h"
 #include "tests/cluster/run_files.h"
-#include "coordinator/run_directory/temporary_folder.h"
 #include "tests/worker/bowl_engine.h"
 
 namespace knap {

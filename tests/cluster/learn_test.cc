@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "coordinator/run_directory/temporary_folder.h"
 #include "knap/run_status_t.hpp"
 #include "lcmtypes/wire/channels.h"
 #include "lcmtypes/wire/codec.h"
@@ -22,7 +23,6 @@
 #include "sim/geometry/mesh_io.h"
 #include "tests/cluster/child_process.h"
 #include "tests/cluster/run_files.h"
-#include "coordinator/run_directory/temporary_folder.h"
 
 namespace knap {
 namespace {

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
+#include "coordinator/run_directory/temporary_folder.h"
 #include "lcmtypes/wire/multicast.h"
 #include "tests/cluster/child_process.h"
-#include "coordinator/run_directory/temporary_folder.h"
 
 namespace knap {
 namespace {

@@ -30,6 +30,10 @@ if [[ ${KNAP_SLURM_INSIDE-} != yes ]]; then
   if ((EUID == 0)) && "${unshare[@]}" -- ip link add slurm0 type veth peer name slurm1 2>/dev/null; then
     exec env KNAP_SLURM_INSIDE=yes "${unshare[@]}" -- "$0" "$@"
   fi
+  if [[ -z $(ip -o addr show up scope global) ]]; then
+    echo "SKIPPED: no address but the loopback's, and no network of its own may be made; Slurm would not start"
+    exit 77
+  fi
 else
   ip link set lo up
   ip route add 224.0.0.0/4 dev lo

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "coordinator/run_directory/temporary_folder.h"
 #include "tests/cluster/child_process.h"
 #include "tests/cluster/run_files.h"
-#include "coordinator/run_directory/temporary_folder.h"
 
 namespace knap {
 namespace {
@@ -21,9 +21,9 @@ using ::testing::HasSubstr;
 using Json = nlohmann::json;
 
 const std::string kConfig = KNAP_SOURCE_DIR "/configs/pushing.yaml";
-const std::vector<std::string> kSmall = {"rollout.horizon=2 s",  "rollout.step=4 ms",          "learning.variations=4",
-                                         "learning.batch=2",     "learning.max_evaluations=3",
-                                         "evaluation.variations=6"};
+const std::vector<std::string> kSmall = {"rollout.horizon=2 s",        "rollout.step=4 ms",
+                                         "learning.variations=4",      "learning.batch=2",
+                                         "learning.max_evaluations=3", "evaluation.variations=6"};
 
 class StudyTest : public ::testing::Test {
  protected:

@@ -13,10 +13,10 @@
 #include <string>
 #include <vector>
 
+#include "coordinator/run_directory/temporary_folder.h"
 #include "lcmtypes/wire/multicast.h"
 #include "tests/cluster/child_process.h"
 #include "tests/cluster/run_files.h"
-#include "coordinator/run_directory/temporary_folder.h"
 
 namespace knap {
 namespace {
@@ -70,9 +70,14 @@ class WatchTest : public ::testing::Test {
 TEST_F(WatchTest, StatusShowsARunWhileItLearnsAndItsEnd) {
   ChildProcess knap(KNAP_PROGRAM, MakeArguments("run", 200), folder_ / "", "learn");
   ASSERT_TRUE(WaitFor([&] { return ReadCsv(folder_ / "run/rollouts.csv")["id"].size() > 10; })) << knap.ReadErr();
-  const Ended ended = Run({"status", "run", "--json"});
-  ASSERT_EQ(ended.code, 0) << ended.err;
-  const Json status = Json::parse(ended.out);
+  Json status;
+  // The rate is that of the last quarter second, in which a slow machine may have finished nothing.
+  ASSERT_TRUE(WaitFor([&] {
+    const Ended ended = Run({"status", "run", "--json"});
+    EXPECT_EQ(ended.code, 0) << ended.err;
+    status = ended.code == 0 ? Json::parse(ended.out) : Json();
+    return ended.code != 0 || (status["runs"].size() == 1 && status["runs"][0]["rollouts_per_s"] > 0.0);
+  })) << status;
   ASSERT_EQ(status["runs"].size(), 1u);
   const Json& run = status["runs"][0];
   EXPECT_EQ(run["scenario"], "pushing");
@@ -80,7 +85,6 @@ TEST_F(WatchTest, StatusShowsARunWhileItLearnsAndItsEnd) {
   EXPECT_EQ(run["workers"], 2);
   EXPECT_EQ(run["theta"].size(), 7u);
   EXPECT_GT(run["rollouts"], 10);
-  EXPECT_GT(run["rollouts_per_s"], 0.0);
   EXPECT_GT(run["progress"], 0.0);
   ASSERT_EQ(status["workers"].size(), 2u);
   for (const Json& worker : status["workers"]) {

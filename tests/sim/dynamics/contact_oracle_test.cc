@@ -49,6 +49,15 @@ Gradient Calc(const PairScene& scene, int body, const Vector3d& direction, doubl
   return {g.pose0, g.v0};
 }
 
+// calc_error(stiffness, step) halves at least from the first to the second, and ends below `bound`.
+template <class CalcError>
+void ExpectErrorFalls(const CalcError& calc_error, double soft, double stiff, double stiff_step, double bound) {
+  const double before = calc_error(soft, 1e-5);
+  const double error = calc_error(stiff, stiff_step);
+  EXPECT_LT(error, 0.5 * before);
+  EXPECT_LT(error, bound);
+}
+
 TEST(ContactOracle, OneBounce) {
   const double z0 = kRadius + 0.02;
   const double v0 = -0.5;
@@ -62,27 +71,20 @@ TEST(ContactOracle, OneBounce) {
   };
   const double by_z = (height(z0 + 1e-6, v0) - height(z0 - 1e-6, v0)) / 2e-6;
   const double by_v = (height(z0, v0 + 1e-6) - height(z0, v0 - 1e-6)) / 2e-6;
-  double previous = 0.0;
-  for (const double stiffness : {1e7, 1e10}) {
+  const auto calc_error = [&](double stiffness, double step) {
     PairScene scene;
     const int ground = scene.AddFixed();
     const int ball = AddBall(&scene, Vector3d(0, 0, z0), Vector3d(0, 0, v0));
     scene.Touch(ball, SphereGeometry{kRadius, Vector3d::Zero()}, ground, HalfSpaceGeometry{}, MakeElastic(stiffness));
-    const Gradient gradient = Calc(scene, ball, Vector3d::UnitZ(), T, stiffness > 1e8 ? 2e-6 : 1e-5);
-    const double error =
-        std::abs(gradient.pose(2) - by_z) / std::abs(by_z) + std::abs(gradient.rates(2) - by_v) / std::abs(by_v);
-    if (previous > 0.0) {
-      EXPECT_LT(error, 0.5 * previous);
-    }
-    previous = error;
-  }
-  EXPECT_LT(previous, 0.15);
+    const Gradient gradient = Calc(scene, ball, Vector3d::UnitZ(), T, step);
+    return std::abs(gradient.pose(2) - by_z) / std::abs(by_z) + std::abs(gradient.rates(2) - by_v) / std::abs(by_v);
+  };
+  ExpectErrorFalls(calc_error, 1e7, 1e10, 2e-6, 0.15);
 }
 
 TEST(ContactOracle, BallOnGroundAndWall) {
   const double T = 0.1;
-  double previous = 0.0;
-  for (const double stiffness : {1e7, 1e9}) {
+  const auto calc_error = [&](double stiffness, double step) {
     PairScene scene;
     scene.tree.gravity.setZero();
     const int ground = scene.AddFixed();
@@ -97,21 +99,17 @@ TEST(ContactOracle, BallOnGroundAndWall) {
     double error = 0.0;
     for (const int axis : {0, 2}) {
       // The coordinate is mirrored: x(T) = constant − x0 − v T.
-      const Gradient gradient = Calc(scene, ball, Vector3d::Unit(axis), T, stiffness > 1e8 ? 4e-6 : 1e-5);
+      const Gradient gradient = Calc(scene, ball, Vector3d::Unit(axis), T, step);
       error += std::abs(gradient.pose(axis) + 1.0) + std::abs(gradient.rates(axis) + T) / T;
     }
-    if (previous > 0.0) {
-      EXPECT_LT(error, 0.5 * previous);
-    }
-    previous = error;
-  }
-  EXPECT_LT(previous, 0.1);
+    return error;
+  };
+  ExpectErrorFalls(calc_error, 1e7, 1e9, 4e-6, 0.1);
 }
 
 TEST(ContactOracle, TwoBallsExchangeTheirMotions) {
   const double T = 0.1;
-  double previous = 0.0;
-  for (const double stiffness : {1e6, 1e8}) {
+  const auto calc_error = [&](double stiffness, double step) {
     PairScene scene;
     scene.tree.gravity.setZero();
     const int first = AddBall(&scene, Vector3d(0.0, 0.0, 0.0), Vector3d(0.5, 0.0, 0.0));
@@ -119,18 +117,13 @@ TEST(ContactOracle, TwoBallsExchangeTheirMotions) {
     const SphereGeometry sphere{kRadius, Vector3d::Zero()};
     scene.Touch(first, sphere, second, sphere, MakeElastic(stiffness));
     // x2(T) = x1 + 2 r + v1 T and x1(T) = x2 − 2 r + v2 T.
-    const Gradient of_second = Calc(scene, second, Vector3d::UnitX(), T, stiffness > 1e7 ? 2e-6 : 1e-5);
-    const Gradient of_first = Calc(scene, first, Vector3d::UnitX(), T, stiffness > 1e7 ? 2e-6 : 1e-5);
-    const double error = std::abs(of_second.pose(0) - 1.0) + std::abs(of_second.pose(6)) +
-                         std::abs(of_second.rates(0) - T) / T + std::abs(of_second.rates(6)) / T +
-                         std::abs(of_first.pose(0)) + std::abs(of_first.pose(6) - 1.0) +
-                         std::abs(of_first.rates(0)) / T + std::abs(of_first.rates(6) - T) / T;
-    if (previous > 0.0) {
-      EXPECT_LT(error, 0.5 * previous);
-    }
-    previous = error;
-  }
-  EXPECT_LT(previous, 0.05);
+    const Gradient of_second = Calc(scene, second, Vector3d::UnitX(), T, step);
+    const Gradient of_first = Calc(scene, first, Vector3d::UnitX(), T, step);
+    return std::abs(of_second.pose(0) - 1.0) + std::abs(of_second.pose(6)) + std::abs(of_second.rates(0) - T) / T +
+           std::abs(of_second.rates(6)) / T + std::abs(of_first.pose(0)) + std::abs(of_first.pose(6) - 1.0) +
+           std::abs(of_first.rates(0)) / T + std::abs(of_first.rates(6) - T) / T;
+  };
+  ExpectErrorFalls(calc_error, 1e6, 1e8, 2e-6, 0.05);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "tests/sim/dynamics/mechanisms.h"
+#include "tests/sim/dynamics/runge_kutta.h"
 #include "tests/sim/dynamics/scenes.h"
 
 namespace knap {
@@ -50,22 +51,8 @@ struct DoublePendulum {
     return {s[1], (f1 * M22 - M12 * f2) / det, s[3], (M11 * f2 - M21 * f1) / det};
   }
 
-  std::array<double, 4> Integrate(std::array<double, 4> s, double duration) const {
-    const auto add = [](const std::array<double, 4>& x, double h, const std::array<double, 4>& dx) {
-      std::array<double, 4> out = x;
-      for (int i = 0; i < 4; ++i) out[i] += h * dx[i];
-      return out;
-    };
-    const int n = 20000;
-    const double h = duration / n;
-    for (int k = 0; k < n; ++k) {
-      const auto k1 = Slope(s);
-      const auto k2 = Slope(add(s, 0.5 * h, k1));
-      const auto k3 = Slope(add(s, 0.5 * h, k2));
-      const auto k4 = Slope(add(s, h, k3));
-      for (int i = 0; i < 4; ++i) s[i] += h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
-    }
-    return s;
+  std::array<double, 4> Integrate(const std::array<double, 4>& s, double duration) const {
+    return test::IntegrateRungeKutta([this](const std::array<double, 4>& at) { return Slope(at); }, s, duration, 20000);
   }
 };
 
@@ -185,8 +172,8 @@ TEST(Finger, StartsFromRestUnderOneMotor) {
     ControlSequence controls;
     controls.values = 0.2 * VectorXd::Unit(tree.num_controls(), motor);
     const VectorXd start = VectorXd::Constant(tree.nv(), 0.3);
-    const Trajectory t = Simulator(&dynamics, &none)
-                             .Run(start, VectorXd::Zero(tree.nv()), test::MakeOptions(5e-3, 0.1, 2), controls);
+    const Trajectory t =
+        Simulator(&dynamics, &none).Run(start, VectorXd::Zero(tree.nv()), test::MakeOptions(5e-3, 0.1, 2), controls);
     EXPECT_TRUE(t.certificate.converged) << motor;
     EXPECT_EQ(t.certificate.subdivided_steps, 0) << motor;
     EXPECT_GT((t.q(t.size() - 1) - start).norm(), 0.01) << motor;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "sim/gradient/adjoint.h"
+#include "tests/sim/dynamics/runge_kutta.h"
 #include "tests/sim/dynamics/scenes.h"
 
 namespace knap {
@@ -17,7 +18,7 @@ using Eigen::VectorXd;
 constexpr double kPi = 3.141592653589793;
 constexpr double kG = 9.81;
 constexpr double kMass = 0.3;
-constexpr double kLength = 0.25;  // pivot to centre of mass
+constexpr double kLength = 0.25;   // pivot to centre of mass
 constexpr double kInertia = 2e-3;  // about the centre of mass
 // g over the length of the equivalent point pendulum [1/s²].
 constexpr double kOmega2 = kMass * kG * kLength / (kInertia + kMass * kLength * kLength);
@@ -90,22 +91,7 @@ std::array<double, 6> IntegrateReference(double angle, double rate, double durat
     const double stiffness = -kOmega2 * std::cos(s[0]);
     return State{s[1], -kOmega2 * std::sin(s[0]), s[3], stiffness * s[2], s[5], stiffness * s[4]};
   };
-  const auto add = [](const State& s, double h, const State& d) {
-    State out = s;
-    for (int i = 0; i < 6; ++i) out[i] += h * d[i];
-    return out;
-  };
-  State s{angle, rate, 1.0, 0.0, 0.0, 1.0};
-  const int n = 20000;
-  const double h = duration / n;
-  for (int k = 0; k < n; ++k) {
-    const State k1 = slope(s);
-    const State k2 = slope(add(s, 0.5 * h, k1));
-    const State k3 = slope(add(s, 0.5 * h, k2));
-    const State k4 = slope(add(s, h, k3));
-    for (int i = 0; i < 6; ++i) s[i] += h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
-  }
-  return s;
+  return test::IntegrateRungeKutta(slope, State{angle, rate, 1.0, 0.0, 0.0, 1.0}, duration, 20000);
 }
 
 class OrderTest : public testing::TestWithParam<int> {};
