@@ -211,7 +211,7 @@ void RolloutModel::AddGradient(const VectorXd& controls, const Simulated& s, Cot
     const double range = s.scene.controls->upper - s.scene.controls->lower;
     g = std::max(g, range * out->control_gradient.lpNorm<Eigen::Infinity>());
   }
-  out->smooth = g == 0.0 || out->loss_rounding <= kLargestSmoothRounding * g;
+  out->smooth = g == 0.0 || out->loss_rounding <= kLargestSmoothRounding * s.scene.gradient.tolerance * g;
 }
 
 RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<void(int, int)>& progress) {
@@ -249,6 +249,20 @@ BodyPath RolloutModel::Trace(const RolloutInput& input, const std::string& body)
   CheckInput(input);
   const Simulated s = Simulate(input.theta, input.controls, input.variation, {});
   return TraceBody(*s.trajectory, s.model.body_index.at(body), s.dynamics.get());
+}
+
+RopeStills RolloutModel::TraceRope(const RolloutInput& input, const std::string& rope) {
+  CheckInput(input);
+  const Simulated s = Simulate(input.theta, input.controls, input.variation, {});
+  const auto look = [&](int state) {
+    s.dynamics->CalcKinematics(s.trajectory->q(state), s.trajectory->v(state), s.trajectory->vdot(state),
+                               s.trajectory->time(state));
+    RopeStill still{{}, s.model.tree.gravity};
+    for (const int i : s.model.links.at(rope)) still.X_WL.push_back(s.dynamics->kinematics()[i].X_WB);
+    return still;
+  };
+  const bool success = s.trajectory->certificate.converged && s.scene.success && TestSuccess(s);
+  return {look(0), look(s.trajectory->size() - 1), success};
 }
 
 }  // namespace knap

@@ -332,6 +332,12 @@ struct Evaluation {
   std::int64_t seed = 1;
 };
 
+// What the rollouts' gradients are held to.
+struct GradientDemand {
+  double tolerance = 1e-5;  // relative to ‖g‖∞ in range-normalised parameters
+  double flagged = 0.05;    // share of rollouts whose own certificate may warn
+};
+
 // ---- The whole ----------------------------------------------------------------------------------------------------
 
 inline constexpr std::int64_t kSceneSchema = 1;
@@ -359,6 +365,7 @@ struct Scene {
   std::vector<Variation> variation;
   Learning learning;
   Evaluation evaluation;
+  GradientDemand gradient;
 };
 
 }  // namespace knap

@@ -454,6 +454,20 @@ static void VisitFields(FieldVisitor& v, Evaluation& e) {
             e.seed);
 }
 
+static void VisitFields(FieldVisitor& v, GradientDemand& g) {
+  v.Number({.key = "tolerance",
+            .doc = "relative to the largest component: what `knap gradcheck` asks for, and beyond which a rollout's "
+                   "certificate calls its gradient not smooth",
+            .required = false,
+            .range = kFraction},
+           g.tolerance);
+  v.Number({.key = "flagged",
+            .doc = "share of rollouts whose certificate may warn in `knap gradcheck`",
+            .required = false,
+            .range = {0.0, 1.0}},
+           g.flagged);
+}
+
 static void VisitFields(FieldVisitor& v, GravityDirection& d) {
   v.Number({.key = "azimuth", .doc = "about z, from x", .dimension = kAngle}, d.azimuth);
   v.Number({.key = "rise", .doc = "z component of the direction, -1 down", .range = {-1.0, 1.0}}, d.rise);
@@ -482,6 +496,7 @@ void VisitFields(FieldVisitor& v, Scene& s) {
   v.StructList({.key = "variation", .doc = "what differs between rollouts", .required = false}, s.variation);
   v.Struct({.key = "learning", .doc = "schedule and optimizer", .required = false}, s.learning);
   v.Struct({.key = "evaluation", .doc = "on unseen variations", .required = false}, s.evaluation);
+  v.Struct({.key = "gradient", .doc = "what gradients are held to", .required = false}, s.gradient);
 }
 
 }  // namespace knap

@@ -184,6 +184,8 @@ TEST_F(GradientCheck, FlaggedRolloutsCountAsFlaggedEvenIfTheyAgree) {
   EXPECT_EQ(report.disagreed, 0);
   EXPECT_THAT(ListFailures(report, options_),
               ElementsAre(HasSubstr("2 of 20 rollouts are flagged"), HasSubstr("18 of 20 rollouts agree")));
+  options_.flagged = 0.1;
+  EXPECT_THAT(ListFailures(report, options_), IsEmpty()) << "10% may be flagged";
 }
 
 TEST_F(GradientCheck, ANumberThatIsNoneWithoutAWarningIsADisagreement) {
@@ -231,6 +233,8 @@ TEST_F(GradientCheck, RefusesOptionsOutOfRange) {
   options_.rollouts = 0;
   EXPECT_THROW(Check(), std::invalid_argument);
   options_ = {.rollouts = 1, .tolerance = 0.0};
+  EXPECT_THROW(Check(), std::invalid_argument);
+  options_ = {.rollouts = 1, .flagged = 1.01};
   EXPECT_THROW(Check(), std::invalid_argument);
 }
 

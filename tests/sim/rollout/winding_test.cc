@@ -7,33 +7,19 @@
 #include <random>
 
 #include "sim/rollout/height_loss.h"
-#include "sim/rollout/rollout.h"
 #include "sim/scenarios/numeric_keys.h"
-#include "sim/scenarios/scenario_files.h"
+#include "tests/sim/rollout/winding_scene.h"
 
 namespace knap {
 namespace {
 
 using Eigen::Vector3d;
 using Eigen::VectorXd;
+using test::Build;
+using test::LoadWinding;
+using test::MakeTheta;
 
 constexpr double kPi = 3.141592653589793238462643383279502884;
-
-RolloutModel LoadWinding(const std::vector<std::string>& overrides) {
-  const LoadedScenario loaded = LoadScenario(KNAP_CONFIGS "/winding.yaml", overrides);
-  if (!loaded.parsed.ok()) throw std::runtime_error(loaded.parsed.FormatErrors());
-  return RolloutModel(loaded.files);
-}
-
-SceneModel Build(const RolloutModel& rollout, const VectorXd& theta) {
-  return BuildModel(rollout.scene(), rollout.design()->CalcShapes(theta));
-}
-
-VectorXd MakeTheta(const RolloutModel& rollout, double ends) {
-  VectorXd theta = rollout.design()->initial_theta();
-  for (const int i : {0, 1, 6, 7}) theta(i) = ends;
-  return theta;
-}
 
 TEST(Winding, TheRopeStartsClearOfEverySpool) {
   const RolloutModel rollout = LoadWinding({});
@@ -48,7 +34,7 @@ TEST(Winding, TheRopeStartsClearOfEverySpool) {
       if (trial % 2 == 0) share = std::round(share);
       theta(i) = parameters[i].lower + share * (parameters[i].upper - parameters[i].lower);
     }
-    const SceneModel model = Build(rollout, theta);
+    const SceneModel model = Build(rollout, rollout.scene(), theta);
     Dynamics dynamics(model.tree);
     ContactModel contacts(model.contacts);
     dynamics.CalcKinematics(model.q0, model.v0, VectorXd::Zero(model.tree.nv()), 0.0);
@@ -59,7 +45,7 @@ TEST(Winding, TheRopeStartsClearOfEverySpool) {
 
 TEST(Winding, TheRopeIsWoundAroundTheSpool) {
   const RolloutModel rollout = LoadWinding({});
-  const SceneModel model = Build(rollout, rollout.design()->initial_theta());
+  const SceneModel model = Build(rollout, rollout.scene(), rollout.design()->initial_theta());
   const std::vector<int>& links = model.links.at("rope");
   ASSERT_EQ(links.size(), 15u);
   EXPECT_EQ(model.tree.nv(), 48);
@@ -167,7 +153,7 @@ TEST(Winding, ARopeMayTouchItself) {
   Contact own = scene.contacts[0];
   own.bodies = {"rope", "rope"};
   scene.contacts.push_back(own);
-  const SceneModel model = BuildModel(scene, rollout.design()->CalcShapes(rollout.design()->initial_theta()));
+  const SceneModel model = Build(rollout, scene, rollout.design()->initial_theta());
   // 15 with the spool; of 105 pairs of links, 14 are neighbours.
   EXPECT_EQ(model.contacts.size(), 15u + 91u);
 }

@@ -137,6 +137,7 @@ variation:
 controls: {actuators: [hinge, slider], interval: 100 ms, squash: none, initial: 0.5, lower: -1, upper: 0.75}
 learning: {method: simple_continual, optimize: [design, control], variations: 10, batch: 2, dimensions_per_batch: 1,
            alpha: 0.2, learning_rate: 0.5, decay: 0.4, optimizer: LD_MMA, max_evaluations: 7, seed: 9007199254740991}
+gradient: {tolerance: 1e-4, flagged: 0.1}
 evaluation: {variations: 20, seed: 12}
 )";
 
