@@ -17,7 +17,6 @@ struct UnitDefinition {
   Dimension dimension;
 };
 
-constexpr Dimension kForceDimension{{1, 1, -2, 0}};
 constexpr Dimension kPressure{{-1, 1, -2, 0}};
 constexpr Dimension kEnergy{{2, 1, -2, 0}};
 constexpr Dimension kPower{{2, 1, -3, 0}};
