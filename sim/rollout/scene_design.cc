@@ -123,10 +123,14 @@ VectorXd SceneDesign::PullBack(const Scene& scene, const DesignedShapes& shapes,
     out += Find(body.name)->PullBack(
         PullBackMassProperties(shapes.at(body.name).mesh, inertia->density, {b.mass, b.first_moment, b.inertia}));
   }
+  std::map<std::string, Matrix3Xd> vertices;  // of a body, over its contacts
   for (std::size_t i = 0; i < gradient.vertices.size(); ++i) {
-    if (gradient.vertices[i].cols() == 0) continue;
-    out += Find(model.contact_mesh_of[i])->PullBack(gradient.vertices[i]);
+    const Matrix3Xd& of_contact = gradient.vertices[i];
+    if (of_contact.cols() == 0) continue;
+    const auto [sum, is_first] = vertices.try_emplace(model.contact_mesh_of[i], of_contact);
+    if (!is_first) sum->second += of_contact;
   }
+  for (const auto& [body, sum] : vertices) out += Find(body)->PullBack(sum);
   return out;
 }
 
