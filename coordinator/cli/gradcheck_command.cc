@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,34 +26,39 @@ struct GradcheckFlags {
   std::string config;
   std::vector<std::string> overrides;
   GradientCheckOptions check;
+  std::optional<double> tolerance;  // the scenario's where it is not given
   ClusterOptions cluster;
   bool json = false;
 };
 
 int RunGradcheck(const GradcheckFlags& flags) {
   const LoadedScenario scenario = LoadValidScenario(flags.config, flags.overrides);
+  const GradientDemand& demand = scenario.parsed.scene.gradient;
+  GradientCheckOptions check = flags.check;
+  check.tolerance = flags.tolerance.value_or(demand.tolerance);
+  check.flagged = demand.flagged;
   const Problem problem = MakeProblem(scenario.parsed.scene);
   ClusterSession session(flags.cluster, FindEngineIdentity(flags.cluster.engine), scenario.files,
                          problem.parameters.controls);
 
   GradientCheckReport report;
   {
-    const std::int64_t least = CalcLeastRollouts(problem, flags.check);
+    const std::int64_t least = CalcLeastRollouts(problem, check);
     const std::string& name = scenario.parsed.scene.name;
     CountProgress progress(name, name + " gradient check", least, false, &session);
-    report = CheckGradients(problem, flags.check, session.service(),
+    report = CheckGradients(problem, check, session.service(),
                             [&](const GradientCheckProgress& p) { progress.set_rollouts(std::max(p.asked, least)); });
     progress.Finish();
   }
 
   if (flags.json) {
-    fmt::print("{}\n", MakeGradientCheckJson(report, problem, flags.check).dump(2));
+    fmt::print("{}\n", MakeGradientCheckJson(report, problem, check).dump(2));
   } else {
     std::string command = "knap rollout " + QuoteForShell(flags.config);
     for (const std::string& change : flags.overrides) command += " " + QuoteForShell(change);
-    fmt::print("{}", FormatGradientCheck(report, problem, flags.check, command));
+    fmt::print("{}", FormatGradientCheck(report, problem, check, command));
   }
-  return ListFailures(report, flags.check).empty() ? kExitDone : kExitFailed;
+  return ListFailures(report, check).empty() ? kExitDone : kExitFailed;
 }
 
 }  // namespace
@@ -66,7 +72,7 @@ void AddGradcheckCommand(CLI::App* app, std::function<int()>* command) {
       ->add_option("--rollouts", flags->check.rollouts, "rollouts with a non-zero gradient to check (default: 100)")
       ->check(CLI::Range(1, 1000000));
   gradcheck->add_option("--seed", flags->check.seed, "of the variations and designs (default: 0)");
-  gradcheck->add_option("--tolerance", flags->check.tolerance, "relative to the largest component (default: 1e-5)")
+  gradcheck->add_option("--tolerance", flags->tolerance, "relative to the largest component (default: the scenario's)")
       ->check(CLI::PositiveNumber);
   gradcheck->add_flag("--json", flags->json, "one JSON document on stdout");
   AddClusterFlags(gradcheck, &flags->cluster);

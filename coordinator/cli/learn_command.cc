@@ -122,7 +122,7 @@ ResultDocument LearnAndTest(const PreparedScenario& prepared, JournaledService& 
 // Without a picture the run is still whole, so what keeps it from being drawn is an event.
 bool WritePicture(const PreparedScenario& prepared, const ResultDocument& document, const RunDirectory& run,
                   RunRecorder* recorder) try {
-  const std::optional<std::string> svg = DrawTopView(*prepared.model, prepared.problem.variations,
+  const std::optional<std::string> svg = DrawPicture(*prepared.model, prepared.problem.variations,
                                                      {document.test_initial, document.learned, document.test_learned});
   if (!svg) return false;
   WriteFileAtomically(run.path() / "picture.svg", *svg);

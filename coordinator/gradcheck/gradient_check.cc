@@ -225,6 +225,9 @@ GradientCheckReport CheckGradients(const Problem& problem, const GradientCheckOp
   if (!(options.tolerance > 0.0)) {
     throw std::invalid_argument(fmt::format("tolerance: {}; expected more than 0", options.tolerance));
   }
+  if (!(options.flagged >= 0.0 && options.flagged <= 1.0)) {
+    throw std::invalid_argument(fmt::format("flagged: {}; expected a share from 0 to 1", options.flagged));
+  }
   return GradientChecker(problem, options, service, progress).Check();
 }
 
@@ -244,11 +247,14 @@ std::vector<std::string> ListFailures(const GradientCheckReport& report, const G
     failures.push_back(
         fmt::format("{} of {} rollouts disagree, and their certificates say nothing", report.disagreed, checked));
   }
-  if (20 * report.flagged > checked) {
-    failures.push_back(fmt::format("{} of {} rollouts are flagged; at most 5% may be", report.flagged, checked));
+  const double allowed = options.flagged * checked + 1e-9;  // what a share like 0.05 is short of in binary
+  if (report.flagged > allowed) {
+    failures.push_back(fmt::format("{} of {} rollouts are flagged; at most {:.3g}% may be", report.flagged, checked,
+                                   100.0 * options.flagged));
   }
-  if (20 * report.agreed < 19 * checked) {
-    failures.push_back(fmt::format("{} of {} rollouts agree; at least 95% must", report.agreed, checked));
+  if (checked - report.agreed > allowed) {
+    failures.push_back(fmt::format("{} of {} rollouts agree; at least {:.3g}% must", report.agreed, checked,
+                                   100.0 * (1.0 - options.flagged)));
   }
   return failures;
 }

@@ -26,6 +26,7 @@ struct GradientCheckOptions {
   int rollouts = 100;       // to be checked; ≥ 1
   std::uint64_t seed = 0;   // variations: kTrainingVariations, thetas: kRandomThetas
   double tolerance = 1e-5;  // relative to ‖g‖∞; > 0
+  double flagged = 0.05;    // share of rollouts that may be flagged
 };
 
 // At most this many draws for each rollout to be checked.
@@ -78,8 +79,8 @@ GradientCheckReport CheckGradients(const Problem& problem, const GradientCheckOp
 // Rollouts that the check asks for when no gradient is zero and the first steps of every parameter agree.
 std::int64_t CalcLeastRollouts(const Problem& problem, const GradientCheckOptions& options);
 
-// Why the check has not passed, one line each; none when it has: enough rollouts were found, at least 95% agree, at
-// most 5% are flagged and every other one agrees.
+// Why the check has not passed, one line each; none when it has: enough rollouts were found, no more than the allowed
+// share are flagged and every other one agrees.
 std::vector<std::string> ListFailures(const GradientCheckReport& report, const GradientCheckOptions& options);
 
 }  // namespace knap

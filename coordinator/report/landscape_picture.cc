@@ -14,7 +14,7 @@
 
 #include "coordinator/report/colour_map.h"
 #include "coordinator/report/contour.h"
-#include "coordinator/report/svg.h"
+#include "coordinator/report/svg_ink.h"
 
 namespace knap {
 namespace {
@@ -103,7 +103,7 @@ std::string DrawRing(const Vector2d& p) {
   return fmt::format(
       "<circle cx=\"{0:.1f}\" cy=\"{1:.1f}\" r=\"6\" fill=\"none\" stroke=\"{2}\" stroke-width=\"4.5\"/>\n"
       "<circle cx=\"{0:.1f}\" cy=\"{1:.1f}\" r=\"6\" fill=\"none\" stroke=\"white\" stroke-width=\"2\"/>\n",
-      p.x(), p.y(), kSvgInk);
+      p.x(), p.y(), kInk);
 }
 
 std::string DrawCross(const Vector2d& p) {
@@ -111,7 +111,7 @@ std::string DrawCross(const Vector2d& p) {
   return fmt::format(
       "<path d=\"{0}\" stroke=\"{1}\" stroke-width=\"5\" stroke-linecap=\"round\"/>\n"
       "<path d=\"{0}\" stroke=\"white\" stroke-width=\"2\" stroke-linecap=\"round\"/>\n",
-      data, kSvgInk);
+      data, kInk);
 }
 
 class Panel {
@@ -120,7 +120,7 @@ class Panel {
       : landscape_(landscape), x_(x), y_(y), field_(field), corner_(left, kTop) {}
 
   std::string Draw() const {
-    std::string ink = DrawText(corner_ + Vector2d(0.5 * kSide, -14.0), 18, "middle", kSvgInk, field_.title, "bold");
+    std::string ink = DrawText(corner_ + Vector2d(0.5 * kSide, -14.0), 18, "middle", kInk, field_.title, "bold");
     ink += DrawCells() + DrawContours() + DrawMarks() + DrawAxes() + DrawBar();
     return ink;
   }
@@ -174,7 +174,7 @@ class Panel {
       }
       if (data.empty()) continue;
       ink += fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-opacity=\"0.6\" stroke-width=\"1\"/>\n",
-                         data, Normalise(level) > 0.55 ? kSvgInk : "white");
+                         data, Normalise(level) > 0.55 ? kInk : "white");
     }
     return ink;
   }
@@ -200,19 +200,19 @@ class Panel {
   std::string DrawAxes() const {
     std::string ink = fmt::format(
         "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"none\" stroke=\"{}\"/>\n",
-        corner_.x(), corner_.y(), kSide, kSide, kSvgInk);
+        corner_.x(), corner_.y(), kSide, kSide, kInk);
     for (const double x : ListRoundNumbers(x_.lower, x_.upper, kTicks)) {
       const Vector2d at(Map(x, y_.lower).x(), corner_.y() + kSide);
-      ink += DrawLine(at, at + Vector2d(0.0, 6.0), kSvgInk, 1.0);
-      ink += DrawText(at + Vector2d(0.0, 23.0), 15, "middle", kSvgInk, fmt::format("{:.6g}", x));
+      ink += DrawLine(at, at + Vector2d(0.0, 6.0), kInk, 1.0);
+      ink += DrawText(at + Vector2d(0.0, 23.0), 15, "middle", kInk, fmt::format("{:.6g}", x));
     }
     for (const double y : ListRoundNumbers(y_.lower, y_.upper, kTicks)) {
       const Vector2d at(corner_.x(), Map(x_.lower, y).y());
-      ink += DrawLine(at, at - Vector2d(6.0, 0.0), kSvgInk, 1.0);
-      ink += DrawText(at + Vector2d(-10.0, 5.0), 15, "end", kSvgInk, fmt::format("{:.6g}", y));
+      ink += DrawLine(at, at - Vector2d(6.0, 0.0), kInk, 1.0);
+      ink += DrawText(at + Vector2d(-10.0, 5.0), 15, "end", kInk, fmt::format("{:.6g}", y));
     }
-    ink += DrawText(corner_ + Vector2d(0.5 * kSide, kSide + 48.0), 16, "middle", kSvgInk, x_.label);
-    ink += DrawText(corner_ + Vector2d(-54.0, 0.5 * kSide), 16, "middle", kSvgInk, y_.label, "normal", -90.0);
+    ink += DrawText(corner_ + Vector2d(0.5 * kSide, kSide + 48.0), 16, "middle", kInk, x_.label);
+    ink += DrawText(corner_ + Vector2d(-54.0, 0.5 * kSide), 16, "middle", kInk, y_.label, "normal", -90.0);
     return ink;
   }
 
@@ -227,11 +227,11 @@ class Panel {
     }
     ink += fmt::format(
         "</g>\n<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"none\" stroke=\"{}\"/>\n",
-        top.x(), top.y(), kBarWidth, kSide, kSvgInk);
+        top.x(), top.y(), kBarWidth, kSide, kInk);
     for (const double value : ListRoundNumbers(field_.lower, field_.upper, kTicks)) {
       const Vector2d at = top + Vector2d(kBarWidth, kSide * (1.0 - Normalise(value)));
-      ink += DrawLine(at, at + Vector2d(5.0, 0.0), kSvgInk, 1.0);
-      ink += DrawText(at + Vector2d(9.0, 5.0), 15, "start", kSvgInk, fmt::format("{:.6g}", value));
+      ink += DrawLine(at, at + Vector2d(5.0, 0.0), kInk, 1.0);
+      ink += DrawText(at + Vector2d(9.0, 5.0), 15, "start", kInk, fmt::format("{:.6g}", value));
     }
     return ink;
   }
@@ -245,17 +245,17 @@ class Panel {
 
 std::string DrawLegend(const Landscape& landscape, const LandscapeCaption& caption, double y) {
   std::string ink = DrawRing({kLeft + 8.0, y - 5.0});
-  ink += DrawText({kLeft + 24.0, y}, 15, "start", kSvgInk, "least mean loss");
+  ink += DrawText({kLeft + 24.0, y}, 15, "start", kInk, "least mean loss");
   ink += DrawCross({kLeft + 164.0, y - 5.0});
-  ink += DrawText({kLeft + 180.0, y}, 15, "start", kSvgInk, caption.theta_name);
+  ink += DrawText({kLeft + 180.0, y}, 15, "start", kInk, caption.theta_name);
   const auto untrusted = std::count_if(landscape.cells.begin(), landscape.cells.end(), [](const LandscapeCell& cell) {
     return cell.not_finite + cell.not_converged > 0;
   });
   if (untrusted > 0) {
     ink += fmt::format(
         "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"22\" height=\"14\" fill=\"url(#untrusted)\" stroke=\"{}\"/>\n",
-        kLeft + 280.0, y - 13.0, kSvgFaint);
-    ink += DrawText({kLeft + 310.0, y}, 15, "start", kSvgInk,
+        kLeft + 280.0, y - 13.0, kFaint);
+    ink += DrawText({kLeft + 310.0, y}, 15, "start", kInk,
                     fmt::format("rollouts not to be trusted ({} cells)", untrusted));
   }
   return ink;
@@ -273,8 +273,8 @@ std::string DrawLandscape(const Landscape& landscape, const ParameterSpec& param
   svg += fmt::format(
       "<defs><pattern id=\"untrusted\" width=\"6\" height=\"6\" patternUnits=\"userSpaceOnUse\" "
       "patternTransform=\"rotate(45)\"><rect width=\"2\" height=\"6\" fill=\"#cf222e\"/></pattern></defs>\n");
-  svg += DrawText({0.5 * width, 38.0}, 24, "middle", kSvgInk, caption.title, "bold");
-  svg += DrawText({0.5 * width, 62.0}, 15, "middle", kSvgFaint, caption.subtitle);
+  svg += DrawText({0.5 * width, 38.0}, 24, "middle", kInk, caption.title, "bold");
+  svg += DrawText({0.5 * width, 62.0}, 15, "middle", kFaint, caption.subtitle);
   for (std::size_t k = 0; k < fields.size(); ++k) {
     svg += Panel(landscape, x, y, fields[k], kLeft + kPanel * static_cast<double>(k)).Draw();
   }

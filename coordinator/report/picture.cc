@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "coordinator/report/svg.h"
+#include "coordinator/report/svg_ink.h"
 #include "coordinator/report/top_view.h"
 
 namespace knap {
@@ -17,8 +17,6 @@ namespace {
 constexpr std::uint64_t kShownVariations = 12;
 constexpr double kPanelWidth = 460.0, kGap = 40.0, kMargin = 30.0, kTitleHeight = 76.0, kLegendHeight = 64.0;  // [px]
 constexpr double kBorder = 0.015;  // around what is shown [m]
-constexpr const char* kSuccess = "#1a7f37";
-constexpr const char* kFailure = "#cf222e";
 
 struct Colours {
   const char* fill;
@@ -26,26 +24,6 @@ struct Colours {
 };
 constexpr Colours kGrey{"#afb8c1", "#57606a"};
 constexpr Colours kBlue{"#54aeff", "#0550ae"};
-
-// Metres, up-axis upwards, to pixels of one panel, whose top left corner is `corner`.
-struct PanelMap {
-  Eigen::AlignedBox2d shown;  // [m]
-  double scale = 1.0;         // [px/m]
-  Eigen::Vector2d corner{0.0, 0.0};
-
-  Eigen::Vector2d operator()(const Eigen::Vector2d& point) const {
-    return corner + scale * Eigen::Vector2d(point.x() - shown.min().x(), shown.max().y() - point.y());
-  }
-};
-
-std::string DrawPoints(const std::vector<Eigen::Vector2d>& points, const PanelMap& map) {
-  std::string data;
-  for (const Eigen::Vector2d& point : points) {
-    const Eigen::Vector2d p = map(point);
-    data += fmt::format("{}{:.1f},{:.1f}", data.empty() ? "M" : " ", p.x(), p.y());
-  }
-  return data;
-}
 
 std::string DrawOutline(const Outline& outline, const PanelMap& map, const Colours& colours, double opacity) {
   std::string data;
@@ -75,8 +53,8 @@ std::string DrawPath(const TracedPath& path, const PanelMap& map, double radius)
 std::string DrawOpening(const Opening& opening, const PanelMap& map) {
   const double left = opening.opening_center - opening.opening_half_width;
   const double right = opening.opening_center + opening.opening_half_width;
-  std::string ink = DrawLine(map({map.shown.min().x(), opening.at}), map({left, opening.at}), kSvgInk, 5.0);
-  ink += DrawLine(map({right, opening.at}), map({map.shown.max().x(), opening.at}), kSvgInk, 5.0);
+  std::string ink = DrawLine(map({map.shown.min().x(), opening.at}), map({left, opening.at}), kInk, 5.0);
+  ink += DrawLine(map({right, opening.at}), map({map.shown.max().x(), opening.at}), kInk, 5.0);
   return ink;
 }
 
@@ -114,15 +92,6 @@ Eigen::AlignedBox2d CalcShown(const std::vector<const TopView*>& views, const Ei
   return {box.min() - border, box.max() + border};
 }
 
-std::string FormatTitle(const char* name, const TestSummary& test) {
-  return fmt::format("{}: {:.1f}% of {} succeed", name, 100.0 * test.success_rate, test.variations);
-}
-
-std::string FormatInterval(const TestSummary& test) {
-  return fmt::format("95% interval {:.1f} to {:.1f}%", 100.0 * test.success_interval.lower,
-                     100.0 * test.success_interval.upper);
-}
-
 std::string DrawLegend(const PanelMap& map, double y, double width) {
   const double bar_m = map.shown.sizes().x() > 0.15 ? 0.05 : 0.01;
   double x = kMargin;
@@ -131,7 +100,7 @@ std::string DrawLegend(const PanelMap& map, double y, double width) {
     ink += fmt::format(
         "<line x1=\"{0:.1f}\" y1=\"{2:.1f}\" x2=\"{1:.1f}\" y2=\"{2:.1f}\" stroke=\"{3}\" stroke-width=\"2.5\"{4}/>\n",
         x, x + 34.0, y - 5.0, colour, dash);
-    ink += DrawText({x + 42.0, y}, 16, "start", kSvgInk, text);
+    ink += DrawText({x + 42.0, y}, 16, "start", kInk, text);
     x += advance;
   };
   sample(kSuccess, "", "passes the opening", 216.0);
@@ -139,24 +108,22 @@ std::string DrawLegend(const PanelMap& map, double y, double width) {
   const auto box = [&](const char* fill, const char* line, const char* dash, const char* text, double advance) {
     ink += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"22\" height=\"14\" fill=\"{}\" stroke=\"{}\"{}/>\n", x,
                        y - 13.0, fill, line, dash);
-    ink += DrawText({x + 30.0, y}, 16, "start", kSvgInk, text);
+    ink += DrawText({x + 30.0, y}, 16, "start", kInk, text);
     x += advance;
   };
   box("#fff8c5", "#9a6700", " stroke-dasharray=\"4 3\"", "starts", 104.0);
   box(kGrey.fill, kGrey.line, "", "initial tool", 140.0);
   box(kBlue.fill, kBlue.line, "", "learned tool", 150.0);
-  const double bar = bar_m * map.scale, right = width - kMargin;
-  ink += DrawLine({right - bar, y - 5.0}, {right, y - 5.0}, kSvgInk, 3.0);
-  ink += DrawText({right - bar - 8.0, y}, 16, "end", kSvgInk, fmt::format("{:.0f} mm", 1e3 * bar_m));
+  ink += DrawScaleBar({width - kMargin, y}, map, bar_m);
   return ink;
 }
 
 }  // namespace
 
-std::optional<std::string> DrawTopView(RolloutModel& model, const VariationSpec& variations,
+std::optional<std::string> DrawPicture(RolloutModel& model, const VariationSpec& variations,
                                        const PictureFigures& figures) {
   const std::optional<Opening> opening = FindShownOpening(model.scene());
-  if (!opening) return std::nullopt;
+  if (!opening) return DrawRopeView(model, variations, figures);
   std::vector<std::vector<double>> shown;
   for (std::uint64_t i = 0; i < kShownVariations; ++i) {
     shown.push_back(SampleVariation(variations, figures.test_initial.seed, RandomStream::kTestVariations, i));
@@ -178,15 +145,10 @@ std::optional<std::string> DrawTopView(RolloutModel& model, const VariationSpec&
   const auto panel = [&](int index, const TopView& view, const Colours& colours, const char* name,
                          const TestSummary& test) {
     map.corner = {kMargin + index * (kPanelWidth + kGap), kTitleHeight};
-    const double x = map.corner.x(), y = map.corner.y();
-    svg += DrawText({x + 0.5 * kPanelWidth, 36.0}, 24, "middle", kSvgInk, FormatTitle(name, test), "bold");
-    svg += DrawText({x + 0.5 * kPanelWidth, 62.0}, 16, "middle", kSvgFaint, FormatInterval(test));
-    svg += fmt::format(
-        "<clipPath id=\"panel{0}\"><rect x=\"{1:.1f}\" y=\"{2:.1f}\" width=\"{3:.1f}\" "
-        "height=\"{4:.1f}\"/></clipPath>\n"
-        "<rect x=\"{1:.1f}\" y=\"{2:.1f}\" width=\"{3:.1f}\" height=\"{4:.1f}\" fill=\"#f6f8fa\" stroke=\"#d0d7de\"/>\n"
-        "<g clip-path=\"url(#panel{0})\">\n",
-        index, x, y, kPanelWidth, panel_height);
+    const double x = map.corner.x();
+    svg += DrawText({x + 0.5 * kPanelWidth, 36.0}, 24, "middle", kInk, FormatTitle(name, test, "succeed"), "bold");
+    svg += DrawText({x + 0.5 * kPanelWidth, 62.0}, 16, "middle", kFaint, FormatInterval(test));
+    svg += BeginPanel(index, map.corner, {kPanelWidth, panel_height}, kFrame);
     svg += DrawStartBox(start, map);
     svg += DrawOpening(*opening, map);
     svg += DrawOutline(view.tool_at_contact, map, colours, kContactOpacity);

@@ -26,7 +26,7 @@ struct TopView {
   Outline tool_at_end;
 };
 
-// The watched opening and body, when DrawTopView can show the scene.
+// The watched opening and body, when DrawPicture can show the scene.
 std::optional<Opening> FindShownOpening(const Scene& scene);
 
 // Simulates theta on these variations. `opening` is FindShownOpening's.

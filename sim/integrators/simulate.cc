@@ -49,7 +49,8 @@ Trajectory Simulator::Run(const VectorXd& q0, const VectorXd& v0, const Simulati
   contacts_->BeginStep(0.0, bristles_);
   contacts_->AddWrenches(dynamics_);
   was_active_.assign(contacts_->contacts().size(), false);
-  CountOnsets(&trajectory);
+  trajectory.last_touched_.assign(contacts_->contacts().size(), -std::numeric_limits<double>::infinity());
+  NoteContacts(0.0, &trajectory);
   trajectory.certificate.contact_onsets = 0;  // what touches from the start has no onset
   trajectory.memory_ = options.memory;
   trajectory.blocks_.front().seed = trajectory.MakeSeed();
@@ -91,6 +92,7 @@ Trajectory Simulator::Repeat(const Trajectory::Seed& seed, int first_step, const
   block.Append(seed.time, seed.coefficients, seed.q, seed.v, seed.xi, seed.vdot, seed.bristles);
   bristles_ = seed.bristles;
   was_active_.assign(contacts_->contacts().size(), false);
+  block.last_touched_.assign(was_active_.size(), 0.0);
   TakeSteps(first_step, std::min(first_step + kStepsPerBlock, options.steps), options, &block);
   return block;
 }
@@ -200,14 +202,15 @@ bool Simulator::SolveStep(double time, const BdfCoefficients& c, const Simulatio
   trajectory->certificate.worst_residual = std::max(trajectory->certificate.worst_residual, scaled);
   bristles_ = contacts_->bristles();
   trajectory->Append(time + c.h, c, q_, v_, xi_trial_, vdot_, bristles_);
-  CountOnsets(trajectory);
+  NoteContacts(time + c.h, trajectory);
   if (observer) observer(time + c.h);
   return true;
 }
 
-void Simulator::CountOnsets(Trajectory* trajectory) {
+void Simulator::NoteContacts(double time, Trajectory* trajectory) {
   for (std::size_t i = 0; i < was_active_.size(); ++i) {
     const bool active = contacts_->reports()[i].active;
+    if (active) trajectory->last_touched_[i] = time;
     if (active && !was_active_[i]) ++trajectory->certificate.contact_onsets;
     was_active_[i] = active;
   }

@@ -54,7 +54,7 @@ class Simulator {
   bool Advance(double time, double h, int depth, const SimulationOptions& options, Trajectory* trajectory);
   bool SolveStep(double time, const BdfCoefficients& c, const SimulationOptions& options, Trajectory* trajectory);
   double Evaluate(double time, const BdfCoefficients& c, const Trajectory& trajectory);
-  void CountOnsets(Trajectory* trajectory);
+  void NoteContacts(double time, Trajectory* trajectory);
   // Whole steps from `begin` to `end`, or until one fails: whether none did.
   bool TakeSteps(int begin, int end, const SimulationOptions& options, Trajectory* trajectory);
   // The block of whole steps from `first_step` on, as Run took them.

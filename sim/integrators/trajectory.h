@@ -58,6 +58,8 @@ class Trajectory {
   // The state at the end of whole step n (0: the start), n ≤ whole_steps().
   int state_of_step(int n) const { return state_of_step_[n]; }
   int whole_steps() const { return static_cast<int>(state_of_step_.size()) - 1; }
+  // When each contact was last active [s]; minus infinity where it never was.
+  const std::vector<double>& last_touched() const { return last_touched_; }
   // Blocks that were simulated again so far.
   long replays() const { return replays_; }
 
@@ -98,6 +100,7 @@ class Trajectory {
   std::vector<double> times_;
   std::vector<BdfCoefficients> coefficients_;
   std::vector<int> state_of_step_;
+  std::vector<double> last_touched_;
   mutable std::vector<Block> blocks_;
   mutable std::size_t recent_ = 0;  // block
   mutable long clock_ = 0;

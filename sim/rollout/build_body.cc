@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <variant>
@@ -23,8 +24,6 @@ Matrix3d RotationFromRpy(const Vector3d& rpy) {
 
 namespace {
 
-constexpr double kPi = 3.141592653589793238462643383279502884;
-
 // A body that fills its shape with unit density.
 struct UnitBody {
   double volume = 0.0;  // [m³]
@@ -36,7 +35,7 @@ std::optional<UnitBody> MakeUnitBody(const std::optional<Shape>& shape) {
   if (!shape) return {};
   if (const auto* sphere = std::get_if<SphereShape>(&*shape)) {
     const double r = sphere->radius;
-    return UnitBody{4.0 / 3.0 * kPi * r * r * r, Vector3d::Zero(), Vector3d::Constant(0.4 * r * r)};
+    return UnitBody{4.0 / 3.0 * std::numbers::pi * r * r * r, Vector3d::Zero(), Vector3d::Constant(0.4 * r * r)};
   }
   if (const auto* box = std::get_if<BoxShape>(&*shape)) {
     const Vector3d s2 = box->size.cwiseAbs2() / 12.0;
@@ -45,8 +44,8 @@ std::optional<UnitBody> MakeUnitBody(const std::optional<Shape>& shape) {
   if (const auto* capsule = std::get_if<CapsuleShape>(&*shape)) {
     const double r = capsule->radius;
     const double l = capsule->length;
-    const double cylinder = kPi * r * r * l;
-    const double ends = 4.0 / 3.0 * kPi * r * r * r;
+    const double cylinder = std::numbers::pi * r * r * l;
+    const double ends = 4.0 / 3.0 * std::numbers::pi * r * r * r;
     const double volume = cylinder + ends;
     // Half spheres have their centres of mass 3r/8 beyond the cylinder's ends.
     const double across =

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
+#include <numbers>
 #include <stdexcept>
 #include <utility>
 
@@ -81,6 +81,44 @@ class Builder {
                },
                body.joint.kind);
     model_.body_index[body.name] = model_.tree.size() - 1;
+  }
+
+  void Add(const Rope& rope) {
+    const Vector3d size(rope.pitch - rope.gap, rope.thickness, rope.thickness);
+    const Vector3d s2 = size.cwiseAbs2();
+    const Vector3d moments = rope.link_mass / 12.0 * Vector3d(s2.y() + s2.z(), s2.x() + s2.z(), s2.x() + s2.y());
+    const Matrix6d M = MakeSpatialInertia(rope.link_mass, Vector3d(0.5 * rope.pitch, 0.0, 0.0), moments.asDiagonal());
+    const auto links_per_side = static_cast<int>(rope.initial.links_per_side);
+    const double rise = rope.initial.advance / (4.0 * links_per_side);  // along x, a link
+    const double along = std::sqrt(rope.pitch * rope.pitch - rise * rise);
+    const double half_side = 0.5 * links_per_side * along;
+    TreeBody slide;
+    slide.name = rope.name;
+    slide.joint = JointType::kTranslation;
+    const Vector3d start =
+        rope.initial.center + Vector3d(-0.5 * static_cast<double>(rope.links) * rise, half_side, half_side);
+    Append(slide, Matrix6d::Zero(), {start.x(), start.y(), start.z()}, {0.0, 0.0, 0.0});
+    Matrix3d R_WP = Matrix3d::Identity();
+    for (int i = 0; i < rope.links; ++i) {
+      TreeBody link;
+      link.name = fmt::format("{} link {}", rope.name, i);
+      link.parent = model_.tree.size() - 1;
+      link.joint = JointType::kBall;
+      if (i > 0) {
+        link.X_PF.p.x() = rope.pitch;
+        link.law.damping = rope.joint_damping;
+      }
+      const Matrix3d side =
+          Eigen::AngleAxisd(0.5 * std::numbers::pi * (i / links_per_side), Vector3d::UnitX()).toRotationMatrix();
+      Matrix3d R_WB;
+      R_WB.col(0) = side * Vector3d(rise, -along, 0.0) / rope.pitch;
+      R_WB.col(2) = side * Vector3d::UnitZ();
+      R_WB.col(1) = R_WB.col(2).cross(R_WB.col(0));
+      const Eigen::Quaterniond q(Matrix3d(R_WP.transpose() * R_WB));
+      Append(link, M, {q.x(), q.y(), q.z(), q.w()}, {0.0, 0.0, 0.0});
+      model_.links[rope.name].push_back(model_.tree.size() - 1);
+      R_WP = R_WB;
+    }
   }
 
   SceneModel Finish() {
@@ -162,21 +200,47 @@ ContactGeometry MakeGeometry(const Shape& shape, const std::shared_ptr<const Con
                     shape);
 }
 
-void AddContact(const Scene& scene, const DesignedShapes& shapes, const Contact& contact, SceneModel* model) {
-  ContactPair out;
+// A name in a contact stands for a body or for each link of a rope.
+ContactGeometry MakePartnerGeometry(const Scene& scene, const std::string& name,
+                                    const std::shared_ptr<const ContactMesh>& mesh) {
+  for (const Rope& rope : scene.ropes) {
+    if (rope.name != name) continue;
+    const Vector3d size(rope.pitch - rope.gap, rope.thickness, rope.thickness);
+    return BoxGeometry{0.5 * size, rope.rounding, Vector3d(0.5 * rope.pitch, 0.0, 0.0)};
+  }
+  const Body& body = FindBody(scene, name);
+  if (!body.shape) throw std::runtime_error(fmt::format("body '{}' has no shape to touch with", body.name));
+  return MakeGeometry(*body.shape, mesh);
+}
+
+std::vector<int> GetPartners(const SceneModel& model, const std::string& name) {
+  const auto links = model.links.find(name);
+  return links != model.links.end() ? links->second : std::vector<int>{model.body_index.at(name)};
+}
+
+void AddContact(const Scene& scene, std::size_t index, const DesignedShapes& shapes, SceneModel* model) {
+  const Contact& contact = scene.contacts[index];
+  ContactPair pair;
   std::string mesh_of;
   for (int k = 0; k < 2; ++k) {
-    const Body& body = FindBody(scene, contact.bodies[k]);
-    if (!body.shape) throw std::runtime_error(fmt::format("body '{}' has no shape to touch with", body.name));
-    const auto shape = shapes.find(body.name);
-    out.bodies[k] = model->body_index.at(body.name);
-    out.shapes[k] = MakeGeometry(*body.shape, shape == shapes.end() ? nullptr : shape->second.contact);
-    if (shape != shapes.end()) mesh_of = body.name;
+    const auto shape = shapes.find(contact.bodies[k]);
+    const bool designed = shape != shapes.end();
+    pair.shapes[k] = MakePartnerGeometry(scene, contact.bodies[k], designed ? shape->second.contact : nullptr);
+    if (designed) mesh_of = contact.bodies[k];
   }
-  out.material = {contact.stiffness,          contact.damping,    contact.friction,
-                  contact.rolling_resistance, contact.slip_speed, contact.stick_distance};
-  model->contacts.push_back(std::move(out));
-  model->contact_mesh_of.push_back(mesh_of);
+  pair.material = {contact.stiffness,          contact.damping,    contact.friction,
+                   contact.rolling_resistance, contact.slip_speed, contact.stick_distance};
+  const std::vector<int> a = GetPartners(*model, contact.bodies[0]);
+  const std::vector<int> b = GetPartners(*model, contact.bodies[1]);
+  const bool with_itself = contact.bodies[0] == contact.bodies[1];
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    for (std::size_t j = with_itself ? i + 2 : 0; j < b.size(); ++j) {
+      pair.bodies = {a[i], b[j]};
+      model->contacts.push_back(pair);
+      model->contact_mesh_of.push_back(mesh_of);
+      model->contact_of_pair.push_back(static_cast<int>(index));
+    }
+  }
 }
 
 }  // namespace
@@ -195,8 +259,15 @@ SceneModel BuildModel(const Scene& scene, const DesignedShapes& shapes) {
       break;
     }
   }
+  for (const Rope& rope : scene.ropes) builder.Add(rope);
   SceneModel model = builder.Finish();
-  for (const Contact& contact : scene.contacts) AddContact(scene, shapes, contact, &model);
+  if (scene.gravity_direction) {
+    const double z = scene.gravity_direction->rise;
+    const double level = std::sqrt(std::max(0.0, 1.0 - z * z));
+    const double azimuth = scene.gravity_direction->azimuth;
+    model.tree.gravity = scene.gravity.norm() * Vector3d(level * std::cos(azimuth), level * std::sin(azimuth), z);
+  }
+  for (std::size_t i = 0; i < scene.contacts.size(); ++i) AddContact(scene, i, shapes, &model);
   return model;
 }
 
@@ -206,10 +277,10 @@ std::shared_ptr<const SurfaceSampling> MakeSampling(const Scene& scene, const st
   bool on_plane = false;
   for (const Contact& contact : scene.contacts) {
     for (int k = 0; k < 2; ++k) {
-      const std::optional<Shape>& other = FindBody(scene, contact.bodies[1 - k]).shape;
-      if (contact.bodies[k] != body || !other) continue;
-      on_plane = on_plane || std::holds_alternative<HalfSpaceShape>(*other);
-      spacing = std::min(spacing, CalcSampleSpacing(MakeGeometry(*other, nullptr)));
+      if (contact.bodies[k] != body) continue;
+      const ContactGeometry other = MakePartnerGeometry(scene, contact.bodies[1 - k], nullptr);
+      on_plane = on_plane || std::holds_alternative<HalfSpaceGeometry>(other);
+      spacing = std::min(spacing, CalcSampleSpacing(other));
     }
   }
   if (std::isinf(spacing) && !on_plane) return nullptr;

@@ -1,7 +1,7 @@
 // Turns a scene and its designed shapes into what the simulator runs: a tree, contacts, an initial state.
 //
 // A free joint becomes a translation and a ball, a planar joint two prismatic ones and a revolute; the named body is
-// the last of them. Bodies may be listed in any order.
+// the last of them. Bodies may be listed in any order. A rope becomes a translation and its links, after all bodies.
 #pragma once
 
 #include <Eigen/Dense>
@@ -35,10 +35,12 @@ struct ActuatorCommand {
 struct SceneModel {
   Tree tree;
   std::vector<ContactPair> contacts;
-  std::vector<std::string> contact_mesh_of;  // for each contact: the body whose mesh it has, empty without a mesh
-  std::vector<ActuatorCommand> actuators;    // in the tree's order
-  std::map<std::string, int> body_index;     // name → index in the tree
-  std::map<std::string, int> joint_index;    // name → index of the body whose placement is that of the joint
+  std::vector<std::string> contact_mesh_of;       // for each contact: the body whose mesh it has, empty without a mesh
+  std::vector<int> contact_of_pair;               // which of the scene's contacts one of `contacts` belongs to
+  std::vector<ActuatorCommand> actuators;         // in the tree's order
+  std::map<std::string, int> body_index;          // name → index in the tree
+  std::map<std::string, int> joint_index;         // name → index of the body whose placement is that of the joint
+  std::map<std::string, std::vector<int>> links;  // of a rope, from its first link
   Eigen::VectorXd q0;
   Eigen::VectorXd v0;
 };

@@ -69,7 +69,7 @@ class ModelChecker {
 
   void CheckContact(std::size_t i) {
     const std::string path = fmt::format("contacts[{}].bodies", i);
-    const Body* a = FindBody(scene_.contacts[i].bodies[0]);
+    const Body* a = FindBody(scene_.contacts[i].bodies[0]);  // null for a rope, which touches all shapes
     const Body* b = FindBody(scene_.contacts[i].bodies[1]);
     if (a == nullptr || b == nullptr || a == b || !a->shape || !b->shape) return;  // reported by CheckScene
     if (HasShape<HalfSpaceShape>(*a) && HasShape<HalfSpaceShape>(*b)) {

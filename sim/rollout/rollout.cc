@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "sim/math/overloaded.h"
+#include "sim/rollout/height_loss.h"
 #include "sim/rollout/point_target.h"
 #include "sim/scenarios/numeric_keys.h"
 #include "sim/scenarios/scenario_files.h"
@@ -86,8 +87,14 @@ const RolloutModel::Reference& RolloutModel::GetReference(const RolloutInput& in
   const Simulated s = Simulate(input.theta_reference, input.controls_reference, input.variation, {});
   if (s.trajectory->certificate.converged) {
     for (const DistillationTerm& term : s.scene.loss.distillation) {
-      const auto& match = std::get<PositionMatchLoss>(term);
-      reference.paths.push_back(TraceBody(*s.trajectory, s.model.body_index.at(match.body), s.dynamics.get()));
+      Reference::Path path;
+      if (const auto* match = std::get_if<PositionMatchLoss>(&term)) {
+        path.body = TraceBody(*s.trajectory, s.model.body_index.at(match->body), s.dynamics.get());
+      } else {
+        path.heights =
+            TraceHeight(std::get<HeightLoss>(term), s.scene.rollout.step, s.model, *s.trajectory, s.dynamics.get());
+      }
+      reference.paths.push_back(std::move(path));
     }
   }
   references_.push_front(std::move(reference));
@@ -125,6 +132,7 @@ double RolloutModel::EvaluateTask(const Simulated& s, Cotangents* bar) const {
                      const int body = s.model.body_index.at(term.opening.body);
                      return EvaluateCrossingLoss(term, TraceBody(*s.trajectory, body, s.dynamics.get()), &bar->states);
                    },
+                   [&](const HeightLoss& term) { return EvaluateHeightTerm(term, s, nullptr, bar); },
                    [&](const ControlCostLoss& term) {
                      bar->commands += 2.0 * term.weight * s.commands;
                      return term.weight * s.commands.squaredNorm();
@@ -144,15 +152,41 @@ double RolloutModel::EvaluateTask(const Simulated& s, Cotangents* bar) const {
   return loss;
 }
 
-double RolloutModel::EvaluateDistillation(const Simulated& s, const std::vector<BodyPath>& reference,
-                                          Cotangents* bar) const {
+double RolloutModel::EvaluateHeightTerm(const HeightLoss& term, const Simulated& s,
+                                        const std::vector<double>* reference, Cotangents* bar) const {
+  const double step = s.scene.rollout.step;
+  const std::vector<double> heights = TraceHeight(term, step, s.model, *s.trajectory, s.dynamics.get());
+  return EvaluateHeight(term, step, s.model, *s.trajectory, heights,
+                        reference != nullptr ? *reference : std::vector<double>{heights[0]}, s.dynamics.get(),
+                        &bar->states);
+}
+
+double RolloutModel::EvaluateDistillation(const Simulated& s, const Reference& reference, Cotangents* bar) const {
   double loss = 0.0;
-  for (std::size_t i = 0; i < reference.size(); ++i) {
-    const auto& match = std::get<PositionMatchLoss>(s.scene.loss.distillation[i]);
-    const BodyPath path = TraceBody(*s.trajectory, s.model.body_index.at(match.body), s.dynamics.get());
-    loss += EvaluatePositionMatch(match, s.scene.rollout.step, path, reference[i], &bar->states);
+  for (std::size_t i = 0; i < reference.paths.size(); ++i) {
+    const Reference::Path& path = reference.paths[i];
+    loss +=
+        std::visit(Overloaded{[&](const PositionMatchLoss& term) {
+                                const int body = s.model.body_index.at(term.body);
+                                return EvaluatePositionMatch(term, s.scene.rollout.step,
+                                                             TraceBody(*s.trajectory, body, s.dynamics.get()),
+                                                             path.body, &bar->states);
+                              },
+                              [&](const HeightLoss& term) { return EvaluateHeightTerm(term, s, &path.heights, bar); }},
+                   s.scene.loss.distillation[i]);
   }
   return loss;
+}
+
+bool RolloutModel::TestSuccess(const Simulated& s) const {
+  return std::visit(Overloaded{[&](const CrossesOpening& test) {
+                                 const int body = s.model.body_index.at(test.opening.body);
+                                 return CrossesInside(test.opening, TraceBody(*s.trajectory, body, s.dynamics.get()));
+                               },
+                               [&](const HoldsRope& test) {
+                                 return HoldsRopeAtEnd(test, s.scene, s.model, *s.trajectory, s.dynamics.get());
+                               }},
+                    *s.scene.success);
 }
 
 void RolloutModel::AddGradient(const VectorXd& controls, const Simulated& s, Cotangents* bar,
@@ -177,7 +211,7 @@ void RolloutModel::AddGradient(const VectorXd& controls, const Simulated& s, Cot
     const double range = s.scene.controls->upper - s.scene.controls->lower;
     g = std::max(g, range * out->control_gradient.lpNorm<Eigen::Infinity>());
   }
-  out->smooth = g == 0.0 || out->loss_rounding <= kLargestSmoothRounding * g;
+  out->smooth = g == 0.0 || out->loss_rounding <= kLargestSmoothRounding * s.scene.gradient.tolerance * g;
 }
 
 RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<void(int, int)>& progress) {
@@ -201,12 +235,8 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
   }
   Cotangents bar;
   bar.commands.setZero(s.commands.rows(), s.commands.cols());
-  out.loss = distill ? EvaluateDistillation(s, reference->paths, &bar) : EvaluateTask(s, &bar);
-  if (s.scene.success) {
-    const Opening& opening = std::get<CrossesOpening>(*s.scene.success).opening;
-    const int body = s.model.body_index.at(opening.body);
-    out.success = CrossesInside(opening, TraceBody(*s.trajectory, body, s.dynamics.get()));
-  }
+  out.loss = distill ? EvaluateDistillation(s, *reference, &bar) : EvaluateTask(s, &bar);
+  out.success = s.scene.success && TestSuccess(s);
   out.certificate.finite = std::isfinite(out.loss);
   const double middle = clock ? clock() : 0.0;
   forward_s = middle - start;
@@ -219,6 +249,20 @@ BodyPath RolloutModel::Trace(const RolloutInput& input, const std::string& body)
   CheckInput(input);
   const Simulated s = Simulate(input.theta, input.controls, input.variation, {});
   return TraceBody(*s.trajectory, s.model.body_index.at(body), s.dynamics.get());
+}
+
+RopeStills RolloutModel::TraceRope(const RolloutInput& input, const std::string& rope) {
+  CheckInput(input);
+  const Simulated s = Simulate(input.theta, input.controls, input.variation, {});
+  const auto look = [&](int state) {
+    s.dynamics->CalcKinematics(s.trajectory->q(state), s.trajectory->v(state), s.trajectory->vdot(state),
+                               s.trajectory->time(state));
+    RopeStill still{{}, s.model.tree.gravity};
+    for (const int i : s.model.links.at(rope)) still.X_WL.push_back(s.dynamics->kinematics()[i].X_WB);
+    return still;
+  };
+  const bool success = s.trajectory->certificate.converged && s.scene.success && TestSuccess(s);
+  return {look(0), look(s.trajectory->size() - 1), success};
 }
 
 }  // namespace knap

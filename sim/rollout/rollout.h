@@ -21,10 +21,11 @@
 
 namespace knap {
 
-// A gradient counts as smooth while rounding moves the loss by no more than this times ‖g‖∞ (g in range-normalised
-// parameters): then steps of 1e-7 of a range and more still show it to five digits. Beyond, the outcome hangs on so
-// many bounces that neither differences nor an optimizer could tell this gradient from another. See docs/method.md.
-inline constexpr double kLargestSmoothRounding = 5e-12;
+// A gradient counts as smooth while rounding moves the loss by no more than this times the scenario's tolerance times
+// ‖g‖∞ (g in range-normalised parameters): then steps of 1e-6 of a range and more still show it that well. Beyond, the
+// outcome hangs on so many bounces that neither differences nor an optimizer could tell this gradient from another. See
+// docs/method.md.
+inline constexpr double kLargestSmoothRounding = 5e-7;
 
 struct RolloutInput {
   Eigen::VectorXd theta;            // d design parameters
@@ -42,8 +43,19 @@ struct RolloutOutput {
   Eigen::VectorXd control_gradient;  // num_controls(), or empty
   SimulationCertificate certificate;
   double loss_rounding = 0.0;  // what rounding does to the loss, estimated (adjoint.h); 0 without a gradient
-  bool smooth = true;          // loss_rounding ≤ kLargestSmoothRounding · ‖g‖∞, g of design and controls
-  int steps = 0;               // whole steps simulated
+  bool smooth = true;  // loss_rounding ≤ kLargestSmoothRounding · tolerance · ‖g‖∞, g of design and controls
+  int steps = 0;       // whole steps simulated
+};
+
+// A rope at one instant.
+struct RopeStill {
+  std::vector<Pose> X_WL;     // of its links
+  Eigen::Vector3d gravity_W;  // [m/s²]
+};
+
+struct RopeStills {
+  RopeStill start, end;
+  bool success = false;
 };
 
 class RolloutModel {
@@ -60,8 +72,9 @@ class RolloutModel {
   // `progress` may be empty.
   RolloutOutput Run(const RolloutInput& input, const std::function<void(int done, int total)>& progress);
 
-  // The path of one body without any loss, for pictures, at theta, controls and variation of `input`.
+  // Without any loss, for pictures, at theta, controls and variation of `input`: the path of one body, a rope.
   BodyPath Trace(const RolloutInput& input, const std::string& body);
+  RopeStills TraceRope(const RolloutInput& input, const std::string& rope);
 
   // Wall time of the last Run's parts, by the caller's clock (seconds since any origin); zero without one.
   std::function<double()> clock;
@@ -86,20 +99,29 @@ class RolloutModel {
     Eigen::MatrixXd commands;  // like Simulated::commands
   };
 
+  // Reference paths of one (theta, controls, variation), one a distillation term; empty when the reference failed.
+  struct Reference {
+    Eigen::VectorXd theta, controls;
+    std::vector<double> variation;
+    struct Path {
+      BodyPath body;                // of a position match
+      std::vector<double> heights;  // of a height match
+    };
+    std::vector<Path> paths;
+  };
+
   void CheckInput(const RolloutInput& input) const;
   std::shared_ptr<const DesignedShapes> GetShapes(const Eigen::VectorXd& theta);
   Simulated Simulate(const Eigen::VectorXd& theta, const Eigen::VectorXd& controls,
                      const std::vector<double>& variation, const std::function<void(int)>& progress);
   double EvaluateTask(const Simulated& s, Cotangents* bar) const;
-  double EvaluateDistillation(const Simulated& s, const std::vector<BodyPath>& reference, Cotangents* bar) const;
+  double EvaluateDistillation(const Simulated& s, const Reference& reference, Cotangents* bar) const;
+  // Against the height at the start where `reference` is null.
+  double EvaluateHeightTerm(const HeightLoss& term, const Simulated& s, const std::vector<double>* reference,
+                            Cotangents* bar) const;
+  bool TestSuccess(const Simulated& s) const;
   void AddGradient(const Eigen::VectorXd& controls, const Simulated& s, Cotangents* bar, RolloutOutput* out) const;
 
-  // Reference paths of one (theta, controls, variation), one a distillation term; empty when the reference failed.
-  struct Reference {
-    Eigen::VectorXd theta, controls;
-    std::vector<double> variation;
-    std::vector<BodyPath> paths;
-  };
   const Reference& GetReference(const RolloutInput& input);
 
   Scene scene_;

@@ -34,6 +34,7 @@ class SceneChecker {
 
   void Check() {
     for (const Body& body : scene_.bodies) CheckBody(body);
+    for (const Rope& rope : scene_.ropes) CheckRope(rope);
     for (std::size_t i = 0; i < scene_.contacts.size(); ++i) CheckContact(i);
     CheckDesign();
     CheckRollout();
@@ -132,13 +133,39 @@ class SceneChecker {
     }
   }
 
+  const Rope* FindRope(const std::string& name) const {
+    const auto found =
+        std::find_if(scene_.ropes.begin(), scene_.ropes.end(), [&](const Rope& r) { return r.name == name; });
+    return found == scene_.ropes.end() ? nullptr : &*found;
+  }
+
+  void CheckRope(const Rope& rope) {
+    const std::string path = "ropes." + rope.name;
+    if (rope.gap >= rope.pitch) {
+      Report({path + ".gap", path + ".pitch"},
+             fmt::format("must be less than the pitch, {}", FormatQuantity(rope.pitch, kLength)));
+      return;
+    }
+    const double most = 0.5 * std::min(rope.thickness, rope.pitch - rope.gap);
+    if (rope.rounding > most) {
+      Report({path + ".rounding", path + ".thickness"},
+             fmt::format("must be at most half the least size, {}", FormatQuantity(most, kLength)));
+    }
+    const double most_advance = 4.0 * static_cast<double>(rope.initial.links_per_side) * rope.pitch;
+    if (std::abs(rope.initial.advance) >= most_advance) {
+      Report({path + ".initial.advance", path + ".pitch"},
+             fmt::format("must be less than the links of a turn are long, {}", FormatQuantity(most_advance, kLength)));
+    }
+  }
+
   void CheckContact(std::size_t i) {
     const std::string path = fmt::format("contacts[{}].bodies", i);
     const auto& [first, second] = scene_.contacts[i].bodies;
     const Body* a = FindBody(first);
     const Body* b = FindBody(second);
-    if (a == nullptr || b == nullptr) return;  // reported where the name is read
-    if (a == b) {
+    const bool has_rope = FindRope(first) != nullptr || FindRope(second) != nullptr;
+    if (!has_rope && (a == nullptr || b == nullptr)) return;  // reported where the name is read
+    if (!has_rope && a == b) {
       Report({path}, "a contact needs two different bodies");
       return;
     }
@@ -150,7 +177,8 @@ class SceneChecker {
       }
     }
     for (std::size_t side = 0; side < 2; ++side) {
-      if ((side == 0 ? a : b)->shape) continue;
+      const Body* body = side == 0 ? a : b;
+      if (body == nullptr || body->shape) continue;
       Report({fmt::format("{}[{}]", path, side), fmt::format("bodies.{}.shape", scene_.contacts[i].bodies[side])},
              "this body has no shape to touch with");
     }
@@ -161,10 +189,11 @@ class SceneChecker {
       for (const DesignedBody& body : scene_.design->bodies) CheckDesignedBody(body);
       for (const DesignParameter& parameter : scene_.design->parameters) CheckParameter(parameter);
     }
-    if (log_.HasFailedNear("design.bodies")) return;  // it may be what the following misses
+    // An entry that is wrong or of the wrong body may be what the following misses.
+    if (log_.HasFailedNear("design.bodies") || HasMisplacedDesign()) return;
     for (const Body& body : scene_.bodies) {
       const std::string path = "bodies." + body.name;
-      if (body.shape && std::holds_alternative<DesignedMeshShape>(*body.shape) && CountDesigns(body.name) == 0) {
+      if (IsDesigned(body) && CountDesigns(body.name) == 0) {
         Report({path + ".shape.type", path}, scene_.design ? "needs an entry of design.bodies that gives the mesh"
                                                            : "needs a section 'design' that gives the mesh");
       }
@@ -173,6 +202,19 @@ class SceneChecker {
                "only a designed parent has a mesh that joints move with");
       }
     }
+  }
+
+  static bool IsDesigned(const Body& body) {
+    return body.shape && std::holds_alternative<DesignedMeshShape>(*body.shape);
+  }
+
+  bool HasMisplacedDesign() const {
+    if (!scene_.design) return false;
+    const std::vector<DesignedBody>& bodies = scene_.design->bodies;
+    return std::any_of(bodies.begin(), bodies.end(), [&](const DesignedBody& designed) {
+      const Body* body = FindBody(designed.name);
+      return body != nullptr && !IsDesigned(*body);
+    });
   }
 
   std::ptrdiff_t CountDesigns(const std::string& name) const {
@@ -185,7 +227,7 @@ class SceneChecker {
     const Body* body = FindBody(designed.name);
     if (body == nullptr) return;
     const std::string path = "design.bodies." + designed.name;
-    if (!body->shape || !std::holds_alternative<DesignedMeshShape>(*body->shape)) {
+    if (!IsDesigned(*body)) {
       Report({path + ".name", "bodies." + designed.name + ".shape"},
              "the shape of this body must be of type designed_mesh");
     }
@@ -237,32 +279,53 @@ class SceneChecker {
       const std::string path = fmt::format("loss.task[{}]", i);
       const TaskTerm& term = scene_.loss.task[i];
       if (const auto* crossing = std::get_if<CrossingLoss>(&term)) CheckOpening(crossing->opening, path);
+      if (const auto* height = std::get_if<HeightLoss>(&term)) CheckHeight(*height, path);
       if (std::holds_alternative<ControlCostLoss>(term) && !scene_.controls) {
         Report({path + ".type", path}, "the scenario has no section controls");
       }
       if (const auto* target = std::get_if<PointTargetLoss>(&term)) CheckPointTarget(*target, path);
     }
     for (std::size_t i = 0; i < scene_.loss.distillation.size(); ++i) {
-      const auto& match = std::get<PositionMatchLoss>(scene_.loss.distillation[i]);
       const std::string path = fmt::format("loss.distillation[{}]", i);
-      if (HasRepeats(match.axes)) Report({path + ".axes"}, "names an axis twice");
-      CheckSamplePeriod(match.sample_period, path);
+      const DistillationTerm& term = scene_.loss.distillation[i];
+      if (const auto* match = std::get_if<PositionMatchLoss>(&term)) {
+        if (HasRepeats(match->axes)) Report({path + ".axes"}, "names an axis twice");
+        CheckSampling(match->sample_period, scene_.rollout.horizon, "rollout.horizon", path);
+      }
+      if (const auto* height = std::get_if<HeightLoss>(&term)) CheckHeight(*height, path);
     }
-    if (scene_.success) CheckOpening(std::get<CrossesOpening>(*scene_.success).opening, "success");
+    if (!scene_.success) return;
+    if (const auto* crosses = std::get_if<CrossesOpening>(&*scene_.success)) CheckOpening(crosses->opening, "success");
+    if (const auto* holds = std::get_if<HoldsRope>(&*scene_.success)) {
+      const bool touch = std::any_of(scene_.contacts.begin(), scene_.contacts.end(), [&](const Contact& contact) {
+        const auto& [a, b] = contact.bodies;
+        return (a == holds->rope && b == holds->body) || (b == holds->rope && a == holds->body);
+      });
+      if (!touch) Report({"success.body", "contacts"}, fmt::format("has no contact with {}", holds->rope));
+    }
   }
 
-  void CheckSamplePeriod(double period, const std::string& path) {
+  void CheckSampling(double period, double end, const std::string& end_path, const std::string& path) {
     if (!IsWholeMultiple(period, scene_.rollout.step)) {
       Report({path + ".sample_period", "rollout.step"},
              fmt::format("must be a whole number of steps of {}", FormatQuantity(scene_.rollout.step, kTime)));
-    } else if (period > scene_.rollout.horizon) {
-      Report({path + ".sample_period", "rollout.horizon"},
+    } else if (period > end) {
+      Report({path + ".sample_period", end_path},
+             fmt::format("must be at most {}, {}", end_path == "rollout.horizon" ? "the horizon" : "`until`",
+                         FormatQuantity(end, kTime)));
+    }
+  }
+
+  void CheckHeight(const HeightLoss& loss, const std::string& path) {
+    CheckSampling(loss.sample_period, loss.until, path + ".until", path);
+    if (loss.until > scene_.rollout.horizon) {
+      Report({path + ".until", "rollout.horizon"},
              fmt::format("must be at most the horizon, {}", FormatQuantity(scene_.rollout.horizon, kTime)));
     }
   }
 
   void CheckPointTarget(const PointTargetLoss& loss, const std::string& path) {
-    CheckSamplePeriod(loss.sample_period, path);
+    CheckSampling(loss.sample_period, scene_.rollout.horizon, "rollout.horizon", path);
     for (std::size_t i = 0; i < loss.targets.size(); ++i) {
       const std::string from = fmt::format("{}.targets[{}].from", path, i);
       if (i == 0 && loss.targets[i].from != 0.0) {

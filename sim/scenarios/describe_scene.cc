@@ -111,6 +111,7 @@ class TableCollector final : public FieldVisitor {
         return "text";
       case TextRole::kName:
       case TextRole::kNewBody:
+      case TextRole::kNewRope:
       case TextRole::kNewParameter:
       case TextRole::kNewGroup:
         return "name";
@@ -118,6 +119,10 @@ class TableCollector final : public FieldVisitor {
         return "name of a body";
       case TextRole::kBodyOrWorld:
         return "world or name of a body";
+      case TextRole::kRope:
+        return "name of a rope";
+      case TextRole::kBodyOrRope:
+        return "name of a body or rope";
       case TextRole::kParameter:
         return "name of a parameter";
       case TextRole::kGroup:

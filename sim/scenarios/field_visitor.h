@@ -47,6 +47,9 @@ enum class TextRole {
   kNewGroup,
   kBody,  // the name of a body
   kBodyOrWorld,
+  kNewRope,
+  kRope,
+  kBodyOrRope,
   kParameter,
   kGroup,
   kFile,        // a path relative to the scenario file, without ".."

@@ -84,8 +84,8 @@ std::vector<double*> FindNumericKeys(Scene& scene, std::span<const std::string> 
 
 bool MayVary(std::string_view path) {
   const std::string_view section = path.substr(0, path.find_first_of(".["));
-  return section == "gravity" || section == "bodies" || section == "contacts" || section == "loss" ||
-         section == "success";
+  return section == "gravity" || section == "gravity_direction" || section == "bodies" || section == "contacts" ||
+         section == "loss" || section == "success";
 }
 
 void ApplyVariation(Scene& scene, std::span<const double> values) {

@@ -38,6 +38,11 @@ std::string_view CalcNoun(TextRole role) {
     case TextRole::kBody:
     case TextRole::kBodyOrWorld:
       return "body";
+    case TextRole::kNewRope:
+    case TextRole::kRope:
+      return "rope";
+    case TextRole::kBodyOrRope:
+      return "body or rope";
     case TextRole::kNewParameter:
     case TextRole::kParameter:
       return "parameter";
@@ -116,12 +121,15 @@ class SceneReader final : public FieldVisitor {
         break;
       case TextRole::kName:
       case TextRole::kNewBody:
+      case TextRole::kNewRope:
       case TextRole::kNewParameter:
       case TextRole::kNewGroup:
         if (!Define(info.role, node->text)) return;
         break;
       case TextRole::kBody:
       case TextRole::kBodyOrWorld:
+      case TextRole::kRope:
+      case TextRole::kBodyOrRope:
       case TextRole::kParameter:
       case TextRole::kGroup:
         references_.push_back({info.role, node->text, path_, node->position});
@@ -281,6 +289,14 @@ class SceneReader final : public FieldVisitor {
       return false;
     }
     names.push_back(name);
+    if (role != TextRole::kNewBody && role != TextRole::kNewRope) return true;
+    // Bodies and ropes are named side by side.
+    std::vector<std::string>& both = names_[CalcNoun(TextRole::kBodyOrRope)];
+    if (std::find(both.begin(), both.end(), name) != both.end()) {
+      Fail("a body has this name");
+      return false;
+    }
+    both.push_back(name);
     return true;
   }
 
@@ -298,6 +314,9 @@ class SceneReader final : public FieldVisitor {
     for (const Reference& reference : references_) {
       const std::string_view noun = CalcNoun(reference.role);
       std::vector<std::string> names = names_[noun];
+      if (names.empty() && reference.role == TextRole::kRope) {
+        log_.Fail(reference.path, reference.position, QuoteValue(reference.name) + "no such rope; there are none");
+      }
       if (names.empty()) continue;  // that none is defined has been reported
       if (reference.role == TextRole::kBodyOrWorld) names.insert(names.begin(), kWorldName);
       if (std::find(names.begin(), names.end(), reference.name) != names.end()) continue;

@@ -17,151 +17,11 @@
 #include <variant>
 #include <vector>
 
+#include "sim/scenarios/joint.h"
+
 namespace knap {
 
 enum class Axis { kX, kY, kZ };
-
-// ---- Joints -------------------------------------------------------------------------------------------------------
-
-struct FixedJoint {};
-
-// x(t) = A·asin(k·sin(2πt/T)) / asin(k), y(t) = min(forward_speed·t, stop_at), z = 0, no rotation, in J.
-// k → 0 gives a sine, k → 1 a triangle wave; the lateral swing goes on after the forward motion has stopped.
-struct ZigzagMotion {
-  double amplitude = 0.0;      // A [m]
-  double period = 1.0;         // T [s]
-  double sharpness = 0.95;     // k [-], in (0, 1)
-  double forward_speed = 0.0;  // [m/s]
-  double stop_at = 0.0;        // y at which the forward motion ends [m]
-};
-
-// p_JB = velocity·t; R_JB turns about the fixed axis of angular_velocity at its constant rate.
-struct ConstantVelocityMotion {
-  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          // v_JB_J [m/s]
-  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // w_JB_J [rad/s]
-};
-
-using Motion = std::variant<ZigzagMotion, ConstantVelocityMotion>;
-
-// The pose of B in J is a given function of time.
-struct PrescribedJoint {
-  Motion motion;
-};
-
-// One-sided springs at the ends of a joint's range, which set in smoothly over `width` and push back alone
-// (sim/multibody/joint_forces.h). Units: those of a torque or a force and of the joint's coordinate x.
-struct JointLimits {
-  double lower = 0.0;      // [rad, m]
-  double upper = 0.0;      // > lower
-  double stiffness = 0.0;  // [N·m/rad, N/m]
-  double damping = 0.0;    // relative to the elastic force [s/rad, s/m]
-  double width = 0.0;      // [rad, m]
-};
-
-// Force or torque limit·u.
-struct ForceActuator {
-  double limit = 0.0;  // [N·m, N]
-};
-
-// Draws the joint to a target, lower for u = −1 and upper for u = 1: limit·tanh(e/limit) with
-// e = stiffness (target − x) − damping v.
-struct PositionActuator {
-  double limit = 0.0;      // [N·m, N]
-  double stiffness = 0.0;  // [N·m/rad, N/m]
-  double damping = 0.0;    // [N·m·s/rad, N·s/m]
-  double lower = 0.0;      // [rad, m]
-  double upper = 0.0;      // > lower
-};
-
-// Pushes the joint by its command u, −1 ≤ u ≤ 1 (Scene::controls); undriven, u = 0.
-using JointActuator = std::variant<ForceActuator, PositionActuator>;
-
-struct RevoluteState {
-  double angle = 0.0;  // [rad]
-  double rate = 0.0;   // [rad/s]
-};
-
-// One rotation about `axis` through Jo.
-struct RevoluteJoint {
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  // in J, not zero, of any length
-  double damping = 0.0;                             // [N·m·s/rad]
-  double stiffness = 0.0;                           // of a spring towards `rest` [N·m/rad]
-  double rest = 0.0;                                // [rad]
-  std::optional<JointLimits> limits;
-  std::optional<JointActuator> actuator;
-  RevoluteState initial;
-};
-
-struct PrismaticState {
-  double displacement = 0.0;  // [m]
-  double speed = 0.0;         // [m/s]
-};
-
-// One translation along `axis`.
-struct PrismaticJoint {
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  // in J, not zero, of any length
-  double damping = 0.0;                             // [N·s/m]
-  double stiffness = 0.0;                           // of a spring towards `rest` [N/m]
-  double rest = 0.0;                                // [m]
-  std::optional<JointLimits> limits;
-  std::optional<JointActuator> actuator;
-  PrismaticState initial;
-};
-
-struct BallState {
-  Eigen::Vector3d orientation_rpy = Eigen::Vector3d::Zero();   // of B in J [rad]
-  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // w_JB_J [rad/s]
-};
-
-// Three rotations about Jo.
-struct BallJoint {
-  double damping = 0.0;    // [N·m·s/rad], against w_JB
-  double stiffness = 0.0;  // k of the energy k (1 − cos angle), the angle from `rest` [N·m/rad]
-  Eigen::Vector3d rest_rpy = Eigen::Vector3d::Zero();  // orientation of B in J [rad]
-  BallState initial;
-};
-
-struct PlanarState {
-  Eigen::Vector2d position = Eigen::Vector2d::Zero();  // of Bo in J's xy-plane [m]
-  double angle = 0.0;                                  // about Jz [rad]
-  Eigen::Vector2d velocity = Eigen::Vector2d::Zero();  // in J [m/s]
-  double angular_velocity = 0.0;                       // about Jz [rad/s]
-};
-
-// Translation in J's xy-plane and rotation about Jz.
-struct PlanarJoint {
-  double linear_damping = 0.0;   // [N·s/m]
-  double angular_damping = 0.0;  // [N·m·s/rad]
-  PlanarState initial;
-};
-
-struct FreeState {
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();          // p_JB [m]
-  Eigen::Vector3d orientation_rpy = Eigen::Vector3d::Zero();   // of B in J [rad]
-  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          // v_JBo_J [m/s]
-  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // w_JB_J [rad/s]
-};
-
-struct FreeJoint {
-  FreeState initial;
-};
-
-using JointKind =
-    std::variant<FixedJoint, PrescribedJoint, RevoluteJoint, PrismaticJoint, BallJoint, PlanarJoint, FreeJoint>;
-
-// The point of a designed parent with which a joint moves.
-struct Attachment {
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();  // in P [m]
-};
-
-struct Joint {
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();         // p_PJ [m]; on a designed parent, where the file has it
-  Eigen::Vector3d orientation_rpy = Eigen::Vector3d::Zero();  // of J in P [rad]
-  std::optional<Attachment> attachment;                       // none: Jo itself
-  JointKind kind;
-
-  const Eigen::Vector3d& GetAttachmentPoint() const { return attachment ? attachment->point : position; }
-};
 
 // ---- Bodies -------------------------------------------------------------------------------------------------------
 
@@ -221,10 +81,35 @@ struct Body {
   std::optional<Inertia> inertia;  // present at least wherever the joint is neither fixed nor prescribed
 };
 
+// ---- Ropes --------------------------------------------------------------------------------------------------------
+
+// A square helix about an axis along Wx: each side of the square is `links_per_side` links long, and the helix is
+// centred at `center`. The first link runs along −Wy, above the axis; from one side to the next it turns about Wx.
+struct HelixState {
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();  // in W [m]
+  std::int64_t links_per_side = 1;
+  double advance = 0.0;  // along Wx, a turn [m]
+};
+
+// Boxes of square section on ball joints, one after another, with both ends free. Link i is the body that turns about
+// joint i; its x axis leads to joint i + 1, and its box lies between the two with half the gap at either end.
+struct Rope {
+  std::string name;
+  std::int64_t links = 1;
+  double pitch = 0.0;          // from joint to joint [m]
+  double thickness = 0.0;      // side of the section [m]
+  double gap = 0.0;            // between the boxes of a straight rope [m], less than the pitch
+  double rounding = 0.0;       // of the boxes [m], at most half their least size
+  double link_mass = 0.0;      // [kg], spread evenly over the box
+  double joint_damping = 0.0;  // [N·m·s/rad]
+  HelixState initial;          // at rest
+};
+
 // ---- Contact ------------------------------------------------------------------------------------------------------
 
+// Between bodies, or all links of a rope; a rope with itself: each two of its links that are no neighbours.
 struct Contact {
-  std::array<std::string, 2> bodies;  // two different bodies, each with a shape
+  std::array<std::string, 2> bodies;  // two different bodies, each with a shape, or ropes
   double stiffness = 0.0;             // pressure per depth [N/m³]
   double damping = 0.0;               // of the normal force, relative to it: Hunt and Crossley's [s/m]
   double friction = 0.0;              // Coulomb's μ [-]
@@ -350,6 +235,19 @@ struct CrossingLoss {
   double shortfall_scale = 0.05;  // [m]
 };
 
+enum class Normalization { kSum, kMean };
+
+// weight·Σ_samples (h − h')² of the height h of a rope's centre of mass against gravity, in length_unit, up to the time
+// `until`. As a task term h' is the height at the start, as a distillation term that of the reference trajectory.
+struct HeightLoss {
+  std::string rope;
+  double sample_period = 0.0;  // [s], a whole number of steps
+  double until = 0.0;          // [s], at most the horizon
+  Normalization normalize = Normalization::kSum;
+  double weight = 1.0;
+  double length_unit = 1.0;  // length in which the loss counts [m]
+};
+
 // weight·Σ ‖u‖² over the control intervals, u the commands of one interval.
 struct ControlCostLoss {
   double weight = 1.0;
@@ -371,9 +269,7 @@ struct PointTargetLoss {
   double length_unit = 1.0;  // length in which the loss counts [m]
 };
 
-using TaskTerm = std::variant<CrossingLoss, ControlCostLoss, PointTargetLoss>;
-
-enum class Normalization { kSum, kMean };
+using TaskTerm = std::variant<CrossingLoss, HeightLoss, ControlCostLoss, PointTargetLoss>;
 
 // weight·Σ_samples ‖p − p'‖² over the chosen axes of W, p' on the reference trajectory; kMean divides by the number of
 // samples.
@@ -386,7 +282,7 @@ struct PositionMatchLoss {
   double length_unit = 1.0;  // length in which the loss counts [m]
 };
 
-using DistillationTerm = std::variant<PositionMatchLoss>;
+using DistillationTerm = std::variant<PositionMatchLoss, HeightLoss>;
 
 struct Loss {
   std::vector<TaskTerm> task;
@@ -398,7 +294,16 @@ struct CrossesOpening {
   Opening opening;
 };
 
-using SuccessTest = std::variant<CrossesOpening>;
+// At the end of the rollout the rope's centre of mass lies within `distance` of the body's origin, and the two have
+// touched during the last `touched_within`.
+struct HoldsRope {
+  std::string rope;
+  std::string body;             // has a contact with the rope
+  double distance = 0.0;        // [m]
+  double touched_within = 0.0;  // [s]
+};
+
+using SuccessTest = std::variant<CrossesOpening, HoldsRope>;
 
 // ---- Learning -----------------------------------------------------------------------------------------------------
 
@@ -427,16 +332,30 @@ struct Evaluation {
   std::int64_t seed = 1;
 };
 
+// What the rollouts' gradients are held to.
+struct GradientDemand {
+  double tolerance = 1e-5;  // relative to ‖g‖∞ in range-normalised parameters
+  double flagged = 0.05;    // share of rollouts whose own certificate may warn
+};
+
 // ---- The whole ----------------------------------------------------------------------------------------------------
 
 inline constexpr std::int64_t kSceneSchema = 1;
+
+// Where down is.
+struct GravityDirection {
+  double azimuth = 0.0;  // about Wz, from Wx [rad]
+  double rise = -1.0;    // its z component; uniform over [−1, 1], with a uniform azimuth: uniform over all directions
+};
 
 struct Scene {
   std::int64_t schema = kSceneSchema;
   std::string name;
   std::string description;
-  Eigen::Vector3d gravity{0.0, 0.0, -9.81};  // in W [m/s²]
+  Eigen::Vector3d gravity{0.0, 0.0, -9.81};           // in W [m/s²]
+  std::optional<GravityDirection> gravity_direction;  // turns gravity, of which only the size counts then
   std::vector<Body> bodies;
+  std::vector<Rope> ropes;
   std::vector<Contact> contacts;
   std::optional<Design> design;      // none: no design parameters
   std::optional<Controls> controls;  // none: nothing is driven
@@ -446,6 +365,7 @@ struct Scene {
   std::vector<Variation> variation;
   Learning learning;
   Evaluation evaluation;
+  GradientDemand gradient;
 };
 
 }  // namespace knap

@@ -97,9 +97,47 @@ static void VisitFields(FieldVisitor& v, Body& b) {
   VisitInitialState(v, b.joint.kind);
 }
 
+// ---- Ropes --------------------------------------------------------------------------------------------------------
+
+static void VisitFields(FieldVisitor& v, HelixState& h) {
+  VisitVector(v, "center", "in the world", kLength, h.center);
+  v.Integer({.key = "links_per_side", .doc = "of the square, around an axis along x", .range = kCount},
+            h.links_per_side);
+  v.Number({.key = "advance", .doc = "along x, a turn", .dimension = kLength}, h.advance);
+}
+
+static void VisitFields(FieldVisitor& v, Rope& r) {
+  v.Text({.key = "name", .doc = "of the rope", .role = TextRole::kNewRope}, r.name);
+  v.Integer({.key = "links", .doc = "boxes on ball joints", .range = {1.0, 10000.0}}, r.links);
+  v.Number({.key = "pitch", .doc = "from joint to joint", .dimension = kLength, .range = kPositive}, r.pitch);
+  v.Number({.key = "thickness", .doc = "side of the square section", .dimension = kLength, .range = kPositive},
+           r.thickness);
+  v.Number({.key = "gap",
+            .doc = "between the boxes of a straight rope",
+            .required = false,
+            .dimension = kLength,
+            .range = kNonNegative},
+           r.gap);
+  v.Number({.key = "rounding",
+            .doc = "radius of edges and corners in contact, at most half the least size",
+            .dimension = kLength,
+            .range = kPositive},
+           r.rounding);
+  v.Number({.key = "link_mass", .doc = "of each box", .dimension = kMass, .range = kPositive}, r.link_mass);
+  v.Number({.key = "joint_damping",
+            .doc = "torque per angular speed",
+            .required = false,
+            .dimension = kAngularDamping,
+            .range = kNonNegative},
+           r.joint_damping);
+  v.Struct({.key = "initial", .doc = "a square helix, at rest"}, r.initial);
+}
+
+// ---- Contact ------------------------------------------------------------------------------------------------------
+
 static void VisitFields(FieldVisitor& v, Contact& c) {
-  v.FixedList({.key = "bodies", .doc = "the two that touch"}, c.bodies,
-              [](FieldVisitor& w, std::string& name) { w.Text({.role = TextRole::kBody}, name); });
+  v.FixedList({.key = "bodies", .doc = "the two that touch; a rope twice: its own links"}, c.bodies,
+              [](FieldVisitor& w, std::string& name) { w.Text({.role = TextRole::kBodyOrRope}, name); });
   v.Number({.key = "stiffness", .doc = "pressure per depth", .dimension = kContactStiffness, .range = kPositive},
            c.stiffness);
   v.Number({.key = "damping",
@@ -291,6 +329,16 @@ static void VisitSamplePeriod(FieldVisitor& v, double& period) {
            period);
 }
 
+static constexpr string_view kNormalizations[] = {"sum", "mean"};
+
+static void VisitFields(FieldVisitor& v, HeightLoss& l) {
+  v.Text({.key = "rope", .doc = "whose centre of mass is watched", .role = TextRole::kRope}, l.rope);
+  VisitSamplePeriod(v, l.sample_period);
+  v.Number({.key = "until", .doc = "the last sample's time, at most", .dimension = kTime, .range = kPositive}, l.until);
+  v.EnumField({.key = "normalize", .doc = "over the samples", .required = false}, l.normalize, kNormalizations);
+  VisitWeight(v, l.weight, l.length_unit);
+}
+
 static void VisitFields(FieldVisitor& v, PointTargetLoss& l) {
   v.Text({.key = "body", .doc = "that carries the point", .role = TextRole::kBody}, l.body);
   VisitVector(v, "point", "in B; on a designed body it moves with the mesh", kLength, l.point);
@@ -302,9 +350,10 @@ static void VisitFields(FieldVisitor& v, PointTargetLoss& l) {
 
 static void VisitFields(FieldVisitor& v, TaskTerm& term) {
   v.OneOf({.key = "type",
-           .doc = "crossing: squared distance from an opening where the body crosses its plane; control_cost: squared "
-                  "commands, one sample a control interval; point_target: distance of a body's point from targets"},
-          term, {"crossing", "control_cost", "point_target"});
+           .doc = "crossing: squared distance from an opening where the body crosses its plane; height_hold: squared "
+                  "change of height; control_cost: squared commands, one sample a control interval; point_target: "
+                  "distance of a body's point from targets"},
+          term, {"crossing", "height_hold", "control_cost", "point_target"});
 }
 
 static void VisitFields(FieldVisitor& v, PositionMatchLoss& l) {
@@ -312,14 +361,15 @@ static void VisitFields(FieldVisitor& v, PositionMatchLoss& l) {
   v.LeafList({.key = "axes", .doc = "of the world, the coordinates compared"}, l.axes, 1,
              [](FieldVisitor& w, Axis& axis) { w.EnumField({}, axis, kAxes); });
   VisitSamplePeriod(v, l.sample_period);
-  static constexpr string_view kNormalizations[] = {"sum", "mean"};
   v.EnumField({.key = "normalize", .doc = "over the samples", .required = false}, l.normalize, kNormalizations);
   VisitWeight(v, l.weight, l.length_unit);
 }
 
 static void VisitFields(FieldVisitor& v, DistillationTerm& term) {
-  v.OneOf({.key = "type", .doc = "position_match: squared distance from the reference trajectory"}, term,
-          {"position_match"});
+  v.OneOf({.key = "type",
+           .doc = "position_match, height_match: squared distance from the reference trajectory, squared difference "
+                  "from its height"},
+          term, {"position_match", "height_match"});
 }
 
 static void VisitFields(FieldVisitor& v, Loss& l) {
@@ -329,9 +379,26 @@ static void VisitFields(FieldVisitor& v, Loss& l) {
 
 static void VisitFields(FieldVisitor& v, CrossesOpening& s) { VisitOpening(v, s.opening); }
 
+static void VisitFields(FieldVisitor& v, HoldsRope& s) {
+  v.Text({.key = "rope", .doc = "that is held", .role = TextRole::kRope}, s.rope);
+  v.Text({.key = "body", .doc = "that holds it", .role = TextRole::kBody}, s.body);
+  v.Number({.key = "distance",
+            .doc = "of the rope's centre of mass from the body's origin at the end, at most",
+            .dimension = kLength,
+            .range = kPositive},
+           s.distance);
+  v.Number({.key = "touched_within",
+            .doc = "time before the end during which the two must have touched",
+            .dimension = kTime,
+            .range = kPositive},
+           s.touched_within);
+}
+
 static void VisitFields(FieldVisitor& v, SuccessTest& test) {
-  v.OneOf({.key = "type", .doc = "crosses_opening: the first crossing of the plane lies in the opening"}, test,
-          {"crosses_opening"});
+  v.OneOf({.key = "type",
+           .doc = "crosses_opening: the first crossing of the plane lies in the opening; holds_rope: it is near and "
+                  "touched at the end"},
+          test, {"crosses_opening", "holds_rope"});
 }
 
 // ---- Learning -----------------------------------------------------------------------------------------------------
@@ -387,6 +454,25 @@ static void VisitFields(FieldVisitor& v, Evaluation& e) {
             e.seed);
 }
 
+static void VisitFields(FieldVisitor& v, GradientDemand& g) {
+  v.Number({.key = "tolerance",
+            .doc = "relative to the largest component: what `knap gradcheck` asks for, and beyond which a rollout's "
+                   "certificate calls its gradient not smooth",
+            .required = false,
+            .range = kFraction},
+           g.tolerance);
+  v.Number({.key = "flagged",
+            .doc = "share of rollouts whose certificate may warn in `knap gradcheck`",
+            .required = false,
+            .range = {0.0, 1.0}},
+           g.flagged);
+}
+
+static void VisitFields(FieldVisitor& v, GravityDirection& d) {
+  v.Number({.key = "azimuth", .doc = "about z, from x", .dimension = kAngle}, d.azimuth);
+  v.Number({.key = "rise", .doc = "z component of the direction, -1 down", .range = {-1.0, 1.0}}, d.rise);
+}
+
 void VisitFields(FieldVisitor& v, Scene& s) {
   v.Integer({.key = "schema",
              .doc = "version of this format",
@@ -395,7 +481,11 @@ void VisitFields(FieldVisitor& v, Scene& s) {
   v.Text({.key = "name", .doc = "of the scenario", .role = TextRole::kName}, s.name);
   v.Text({.key = "description", .doc = "for people", .required = false}, s.description);
   VisitVector(v, "gravity", "in the world", kAcceleration, s.gravity);
+  v.OptionalStruct(
+      {.key = "gravity_direction", .doc = "turns `gravity`, of which only the size counts then", .required = false},
+      s.gravity_direction);
   v.StructList({.key = "bodies", .doc = "a tree, in any order"}, s.bodies, 1);
+  v.StructList({.key = "ropes", .doc = "chains of boxes", .required = false}, s.ropes);
   v.StructList({.key = "contacts", .doc = "pairs of bodies that touch", .required = false}, s.contacts);
   v.OptionalStruct({.key = "design", .doc = "what is learned", .required = false}, s.design);
   v.OptionalStruct({.key = "controls", .doc = "open-loop controls of actuators", .required = false}, s.controls);
@@ -406,6 +496,7 @@ void VisitFields(FieldVisitor& v, Scene& s) {
   v.StructList({.key = "variation", .doc = "what differs between rollouts", .required = false}, s.variation);
   v.Struct({.key = "learning", .doc = "schedule and optimizer", .required = false}, s.learning);
   v.Struct({.key = "evaluation", .doc = "on unseen variations", .required = false}, s.evaluation);
+  v.Struct({.key = "gradient", .doc = "what gradients are held to", .required = false}, s.gradient);
 }
 
 }  // namespace knap

@@ -2,7 +2,8 @@
 // journal; figures belong to the machine and its other load, so they are printed, never judged.
 //
 //   requests     trivial requests a second, and the coordinator's processor time for each, with 2 and with 64 workers
-//   efficiency   rollouts a second of one worker a core, over (rollouts a second in one thread) × cores, at 10 ms each
+//   efficiency   rollouts a second of one worker a core, over (rollouts a second in one thread) × cores, at 10 ms each;
+//                the same of one thread a core tells what the machine allows
 //   reissue      from kill -9 of a worker to another worker's getting its request: found by silence, or told by the
 //                parent process
 //   first        from the start of `knap learn` to its first answer
@@ -10,6 +11,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -17,6 +19,7 @@
 #include <ctime>
 #include <filesystem>
 #include <functional>
+#include <future>
 #include <map>
 #include <memory>
 #include <span>
@@ -130,39 +133,59 @@ void MeasureRequests() {
   }
 }
 
+// Answers every query in this process, on as many threads as there are engines; the seconds that it takes.
+double RunInProcess(const std::vector<RolloutQuery>& queries,
+                    const std::vector<std::unique_ptr<EngineScenario>>& engines) {
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&](EngineScenario* engine) {
+    for (std::size_t i = next++; i < queries.size(); i = next++) {
+      const RolloutQuery& query = queries[i];
+      const EngineAnswer answer =
+          engine->Run({query.theta, {}, {}, query.variation, true}, [](std::int64_t, std::int64_t) {});
+      if (!answer.error.empty()) throw std::runtime_error(answer.error);
+    }
+  };
+  const double start = ReadClock();
+  std::vector<std::future<void>> threads;
+  for (const auto& engine : engines) threads.push_back(std::async(std::launch::async, work, engine.get()));
+  for (std::future<void>& thread : threads) thread.get();
+  return ReadClock() - start;
+}
+
 void MeasureEfficiency() {
-  constexpr int kBatch = 200, kRounds = 7;
-  const std::vector<std::string> overrides = {"rollout.horizon=2 s"};
+  constexpr int kBatch = 200, kRounds = 21;
+  const std::vector<std::string> overrides = {"rollout.horizon=2.2 s"};
   const LoadedScenario scenario = LoadScenario(KNAP_SOURCE_DIR "/configs/pushing.yaml", overrides);
   const auto cores = static_cast<int>(std::thread::hardware_concurrency());
   BenchmarkCluster cluster(cores, "knap-worker", MakeKnapIdentity(FindWorkerProgram()), scenario.files);
-  const auto alone = MakeEngine()->Load(scenario.files);
+  std::vector<std::unique_ptr<EngineScenario>> one, many;
+  one.push_back(MakeEngine()->Load(scenario.files));
+  for (int i = 0; i < cores; ++i) many.push_back(MakeEngine()->Load(scenario.files));
   std::vector<double> theta;
   for (const DesignParameter& parameter : scenario.parsed.scene.design->parameters) theta.push_back(parameter.initial);
-  std::vector<double> efficiencies, times;
+  std::vector<double> efficiencies, limits, times;
   for (int round = -1; round < kRounds; ++round) {  // the first one fills caches and does not count
     std::vector<RolloutQuery> queries(kBatch);
     for (int i = 0; i < kBatch; ++i) {
       const double turn = 0.1 * (i + 1 + kBatch * (round + 1));  // never asked before
       queries[static_cast<std::size_t>(i)] = {theta, {}, {0.04 * std::sin(turn), 0.1 + 0.02 * std::cos(turn)}, true};
     }
-    double start = ReadClock();
-    for (const RolloutQuery& query : queries) {
-      const EngineAnswer answer =
-          alone->Run({query.theta, {}, {}, query.variation, true}, [](std::int64_t, std::int64_t) {});
-      if (!answer.error.empty()) throw std::runtime_error(answer.error);
-    }
-    const double alone_s = ReadClock() - start;
-    start = ReadClock();
+    const double alone_s = RunInProcess(queries, one);
+    const double start = ReadClock();
     cluster.service().Evaluate(queries);
+    const double cluster_s = ReadClock() - start;
+    const double threads_s = RunInProcess(queries, many);
     if (round < 0) continue;
-    efficiencies.push_back(alone_s / (cores * (ReadClock() - start)));
+    efficiencies.push_back(alone_s / (cores * cluster_s));
+    limits.push_back(alone_s / (cores * threads_s));
     times.push_back(alone_s / kBatch);
   }
-  fmt::print("efficiency  {} workers, rollouts of {:.1f} ms: {:.3f} (from {:.3f} to {:.3f} in {} rounds)\n", cores,
-             1e3 * CalcMedian(times), CalcMedian(efficiencies),
-             *std::min_element(efficiencies.begin(), efficiencies.end()),
-             *std::max_element(efficiencies.begin(), efficiencies.end()), kRounds);
+  const auto format_range = [](const std::vector<double>& x) {
+    return fmt::format("{:.3f} (from {:.3f} to {:.3f})", CalcMedian(x), *std::min_element(x.begin(), x.end()),
+                       *std::max_element(x.begin(), x.end()));
+  };
+  fmt::print("efficiency  {} workers, rollouts of {:.1f} ms: {}; as many threads of one process: {}; {} rounds\n",
+             cores, 1e3 * CalcMedian(times), format_range(efficiencies), format_range(limits), kRounds);
 }
 
 void MeasureReissue() {

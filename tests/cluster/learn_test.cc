@@ -318,11 +318,11 @@ TEST_F(LearnTest, LandscapeIsTheSameForAnyNumberOfWorkers) {
   EXPECT_EQ(ReadText(folder_ / "two/landscape.svg"), ReadText(folder_ / "one/landscape.svg"));
   auto columns = ReadCsv(folder_ / "one/landscape.csv");
   ASSERT_EQ(columns["loss"].size(), 9u);
-  EXPECT_THAT(columns["left_depth"],
-              ::testing::ElementsAre("0", "0.02", "0.04", "0", "0.02", "0.04", "0", "0.02", "0.04"));
-  // The first cell is the initial design, and knap evaluate knows its mean loss.
-  const Ended evaluated =
-      Run({"evaluate", kConfig, "--set", "rollout.horizon=2 s", "--variations", "2", "--json", "--quiet"});
+  // From bound to bound, and what knap evaluate says at the first corner.
+  EXPECT_THAT(columns["left_depth"], ::testing::ElementsAre("-0.015", "0.0125", "0.04", "-0.015", "0.0125", "0.04",
+                                                            "-0.015", "0.0125", "0.04"));
+  const Ended evaluated = Run({"evaluate", kConfig, "--set", "rollout.horizon=2 s", "--theta",
+                               "left_depth=-15 mm,right_depth=-15 mm", "--variations", "2", "--json", "--quiet"});
   ASSERT_EQ(evaluated.code, 0) << evaluated.err;
   const double mean = Json::parse(evaluated.out)["designs"][0]["test"]["loss_mean"];
   EXPECT_EQ(std::stod(columns["loss"][0]), mean);

@@ -184,6 +184,8 @@ TEST_F(GradientCheck, FlaggedRolloutsCountAsFlaggedEvenIfTheyAgree) {
   EXPECT_EQ(report.disagreed, 0);
   EXPECT_THAT(ListFailures(report, options_),
               ElementsAre(HasSubstr("2 of 20 rollouts are flagged"), HasSubstr("18 of 20 rollouts agree")));
+  options_.flagged = 0.1;
+  EXPECT_THAT(ListFailures(report, options_), IsEmpty()) << "10% may be flagged";
 }
 
 TEST_F(GradientCheck, ANumberThatIsNoneWithoutAWarningIsADisagreement) {
@@ -232,6 +234,26 @@ TEST_F(GradientCheck, RefusesOptionsOutOfRange) {
   EXPECT_THROW(Check(), std::invalid_argument);
   options_ = {.rollouts = 1, .tolerance = 0.0};
   EXPECT_THROW(Check(), std::invalid_argument);
+  options_ = {.rollouts = 1, .flagged = 1.01};
+  EXPECT_THROW(Check(), std::invalid_argument);
+}
+
+// Truncation h² L'''/6 and rounding noise/h leave less than three steps between them; without truncation there is room.
+TEST(DifferenceLadder, AsksFourthOrderWhereSecondLeavesNoRoom) {
+  const auto find = [](double fourth) {
+    DifferenceLadder ladder;
+    for (std::vector<int> next = ladder.ListNextSteps(); !next.empty(); next = ladder.ListNextSteps()) {
+      for (const int k : next) {
+        const double h = CalcLadderStep(k);
+        const double noise = (k % 2 == 0 ? 1.0 : -1.0) * 5e-13 / h;
+        ladder.Set(k, 1.0 + fourth + 1e9 * h * h + noise);
+      }
+    }
+    return ladder.FindBestWindow(1.0, 1e-5);
+  };
+  EXPECT_GE(find(0.0).plateau_steps, 3);
+  EXPECT_NEAR(find(0.0).difference, 1.0, 1e-5);
+  EXPECT_EQ(find(3e-5).plateau_steps, 0);  // and a wrong derivative has none of either order
 }
 
 TEST(DifferenceLadder, FindsTheWindowWithTheLeastError) {

@@ -40,11 +40,7 @@ class XmlWriter {
     }
     const Eigen::Quaterniond q(body.X_PF.R);
     out_ << "<body pos='" << body.X_PF.p.transpose() << "' quat='" << q.w() << " " << q.vec().transpose() << "'>";
-    const double m = body.M(3, 3);
-    const Vector3d c = Vector3d(body.M(2, 4), body.M(0, 5), body.M(1, 3)) / m;
-    const Matrix3d I = body.M.topLeftCorner<3, 3>() - m * Skew(c) * Skew(c).transpose();
-    out_ << "<inertial pos='" << c.transpose() << "' mass='" << m << "' fullinertia='" << I(0, 0) << " " << I(1, 1)
-         << " " << I(2, 2) << " " << I(0, 1) << " " << I(0, 2) << " " << I(1, 2) << "'/>";
+    if (!body.M.isZero(0.0)) WriteInertia(body.M);
     if (slides_) {
       for (const char* axis : {"1 0 0", "0 1 0", "0 0 1"}) out_ << "<joint type='slide' axis='" << axis << "'/>";
       slides_ = false;
@@ -58,6 +54,14 @@ class XmlWriter {
     if (body.joint == JointType::kBall) joint("ball");
     WriteChildren(i);
     out_ << "</body>";
+  }
+
+  void WriteInertia(const Matrix6d& M) {
+    const double m = M(3, 3);
+    const Vector3d c = Vector3d(M(2, 4), M(0, 5), M(1, 3)) / m;
+    const Matrix3d I = M.topLeftCorner<3, 3>() - m * Skew(c) * Skew(c).transpose();
+    out_ << "<inertial pos='" << c.transpose() << "' mass='" << m << "' fullinertia='" << I(0, 0) << " " << I(1, 1)
+         << " " << I(2, 2) << " " << I(0, 1) << " " << I(0, 2) << " " << I(1, 2) << "'/>";
   }
 
   const Tree& tree_;

@@ -68,7 +68,9 @@ design:
       mesh: meshes/finger_tip.obj
       cage: meshes/finger_tip_cage.obj
       mesh_unit: 1 mm
-      vertex_groups: [{name: hand_end, vertices: [8, 9, 10, 11]}, {name: hand_front, vertices: [4, 5, 6, 7, 8, 9, 10, 11]}]
+      vertex_groups:
+        - {name: hand_end, vertices: [8, 9, 10, 11]}
+        - {name: hand_front, vertices: [4, 5, 6, 7, 8, 9, 10, 11]}
       moves:
         - {parameter: hand_height, group: hand_end, direction: [0, 0, 1]}
         - {parameter: hand_length, group: hand_front, direction: [1, 0, 0]}

@@ -29,11 +29,11 @@ const SceneErrorCase kContradictions[] = {
     {"TooMuchForACommand", "lower: -1, upper: 0.75", "lower: -1, upper: @1.5",
      "controls.upper: value '1.5': commands lie from -1 to 1, and so must controls that are not squashed"},
     {"NoTargetAtFirst", "{from: 0 s", "{from: @0.1 s",
-     "loss.task[2].targets[0].from: value '0.1 s': the first target must count from 0 s"},
+     "loss.task[3].targets[0].from: value '0.1 s': the first target must count from 0 s"},
     {"TargetsOutOfOrder", "{from: 0.5 s", "{from: @0 s",
-     "loss.task[2].targets[1].from: value '0 s': must be later than the target before"},
+     "loss.task[3].targets[1].from: value '0 s': must be later than the target before"},
     {"TargetsBetweenSteps", "sample_period: 10 ms", "sample_period: @11 ms",
-     "loss.task[2].sample_period: value '11 ms': must be a whole number of steps of 0.002 s"},
+     "loss.task[3].sample_period: value '11 ms': must be a whole number of steps of 0.002 s"},
     {"ActuatorTwice", "actuators: [hinge, slider]", "actuators: @[hinge, hinge]",
      "controls.actuators: names an actuator twice"},
     {"IntervalBetweenSteps", "interval: 100 ms", "interval: @101 ms",
@@ -103,6 +103,14 @@ const SceneErrorCase kContradictions[] = {
     {"SuccessAlongItsAxis", "success: {type: crosses_opening, body: pea, axis: y, at: 370 mm, opening_axis: x",
      "success: {type: crosses_opening, body: pea, axis: y, at: 370 mm, opening_axis: @y",
      "success.opening_axis: value 'y': must differ from axis: the opening lies in the plane"},
+    {"GapOfARope", "gap: 1 mm", "gap: @30 mm", "ropes.rope.gap: value '30 mm': must be less than the pitch, 0.03 m"},
+    {"RoundingOfARope", "rounding: 0.9 mm", "rounding: @5 mm",
+     "ropes.rope.rounding: value '5 mm': must be at most half the least size, 0.004 m"},
+    {"SteepHelix", "advance: 10 mm", "advance: @300 mm",
+     "ropes.rope.initial.advance: value '300 mm': must be less than the links of a turn are long, 0.24 m"},
+    {"HeightAfterTheEnd", "height_hold, rope: rope, sample_period: 40 ms, until: 0.5 s",
+     "height_hold, rope: rope, sample_period: 40 ms, until: @2 s",
+     "loss.task[1].until: value '2 s': must be at most the horizon, 1 s"},
     {"VariedTwice", "\"contacts[0].friction\", distribution: normal, mean: 0.4, std: 0.05, truncate_at: 2",
      "@\"bodies.pea.initial.position[0]\", distribution: normal, mean: 0 m, std: 1 mm",
      "variation[1].key: value 'bodies.pea.initial.position[0]': already varies, see variation[0]"},
@@ -155,7 +163,7 @@ TEST(CheckScene, ControlsThatCostOrAreOptimisedExist) {
       "learning: {method: simple_continual, optimize: [design, @control]");
   const std::string cost = EditScene(scene.text, "control_cost", "@control_cost").place;
   EXPECT_EQ(ParseEditedScene(scene),
-            "f.yaml:" + cost + ": loss.task[1].type: value 'control_cost': the scenario has no section controls\n" +
+            "f.yaml:" + cost + ": loss.task[2].type: value 'control_cost': the scenario has no section controls\n" +
                 "f.yaml:" + scene.place +
                 ": learning.optimize[1]: value 'control': the scenario has no section controls\n");
 }

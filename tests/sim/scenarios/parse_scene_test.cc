@@ -72,7 +72,7 @@ const SceneErrorCase kFieldErrors[] = {
      "    shape: {type: half_space}\n    @initial: {}\n  - name: tool",
      "bodies.ground.initial: unknown key; expected one of: name, parent, joint, shape, inertia"},
     {"DuplicateKey", "evaluation: {variations: 20", "evaluation: {variations: 20, @variations: 21",
-     "evaluation.variations: duplicate key, first given in line 103"},
+     "evaluation.variations: duplicate key, first given in line 119"},
     {"MissingNumber", "{type: solid, mass: 4.2 g}", "@{type: solid}",
      "bodies.pea.inertia.mass: missing; expected a mass with its unit, such as "
      "'4.2 g', more than 0 kg"},
@@ -123,16 +123,16 @@ const SceneErrorCase kFieldErrors[] = {
     {"UnknownChoice", "integrator: bdf2", "integrator: @rk4",
      "rollout.integrator: value 'rk4': expected one of: bdf1, bdf2"},
     {"UnknownBody", "bodies: [pea, ground]", "bodies: [@pae, ground]",
-     "contacts[0].bodies[0]: value 'pae': no such body; did you mean 'pea'?"},
+     "contacts[0].bodies[0]: value 'pae': no such body or rope; did you mean 'pea'?"},
     {"UnknownParent", "parent: wall", "parent: @wal",
      "bodies.hinge.parent: value 'wal': no such body; did you mean "
      "'wall'?"},
     {"WorldHasNoShape", "bodies: [pea, ground]", "bodies: [pea, @world]",
-     "contacts[0].bodies[1]: value 'world': no such body; expected one of: ground, tool, wall, hinge, slider, swivel, "
-     "puck, brick, pill, pea"},
+     "contacts[0].bodies[1]: value 'world': no such body or rope; expected one of: ground, tool, wall, hinge, slider, "
+     "swivel, puck, brick, pill, pea, rope"},
     {"UnknownParameter", "parameter: depth", "parameter: @dept",
      "design.bodies.tool.moves[2].parameter: value 'dept': no such parameter; did you mean 'depth'?"},
-    {"UnknownGroup", "group: right", "group: @rihgt",
+    {"UnknownGroup", "width, group: right", "width, group: @rihgt",
      "design.bodies.tool.moves[1].group: value 'rihgt': no such vertex group; did you mean 'right'?"},
     {"BadName", "name: everything", "name: @every-thing",
      "name: value 'every-thing': expected a name of letters, digits and _ that does not begin with a digit"},

@@ -24,6 +24,7 @@ inline constexpr char kEverythingYaml[] = R"(schema: 1
 name: everything
 description: "quotes \" and \\, lines\n, ünïcode: yes"
 gravity: [0 m/s^2, 0 m/s^2, -1.62 m/s^2]
+gravity_direction: {azimuth: 10 deg, rise: -0.9}
 bodies:
   - name: ground
     joint: {type: fixed, position: [0 m, 0 m, -1 m], orientation_rpy: [1 deg, 2 deg, 3 deg]}
@@ -81,10 +82,22 @@ bodies:
     inertia: {type: solid, mass: 4.2 g}
     initial: {position: [0 mm, 100 mm, 10 mm], orientation_rpy: [1 deg, 2 deg, 3 deg],
               velocity: [1 mm/s, 2 mm/s, 3 mm/s], angular_velocity: [1 rad/s, 2 rad/s, 3 rad/s]}
+ropes:
+  - name: rope
+    links: 12
+    pitch: 30 mm
+    thickness: 8 mm
+    gap: 1 mm
+    rounding: 0.9 mm
+    link_mass: 1.5 g
+    joint_damping: 2e-5 N*m*s/rad
+    initial: {center: [0 mm, 1 mm, 2 mm], links_per_side: 2, advance: 10 mm}
 contacts:
   - {bodies: [pea, ground], stiffness: 1.3e8 N/m^3, damping: 2 s/m, friction: 0.4,
      rolling_resistance: 0.03, slip_speed: 2 mm/s, stick_distance: 20 um}
   - {bodies: [tool, pea], stiffness: 1e8 N/m^3}
+  - {bodies: [tool, rope], stiffness: 1e8 N/m^3}
+  - {bodies: [rope, rope], stiffness: 1e8 N/m^3}
 design:
   parameters:
     - {name: width, initial: 44 mm, lower: 20 mm, upper: 56 mm}
@@ -108,12 +121,14 @@ loss:
   task:
     - {type: crossing, body: pea, axis: y, at: 370 mm, opening_axis: x, opening_center: 1 mm, opening_half_width: 20 mm,
        weight: 2, length_unit: 1 cm, shortfall_weight: 3, shortfall_scale: 4 cm}
+    - {type: height_hold, rope: rope, sample_period: 40 ms, until: 0.5 s, normalize: mean, weight: 2, length_unit: 1 cm}
     - {type: control_cost, weight: 0.1}
     - {type: point_target, body: pill, point: [0 mm, 0 mm, 1 cm], sample_period: 10 ms, weight: 10, length_unit: 1 cm,
        targets: [{from: 0 s, position: [1 cm, 2 cm, 3 cm]}, {from: 0.5 s, position: [0 m, 0 m, 1 m]}]}
   distillation:
     - {type: position_match, body: pea, axes: [x, y], sample_period: 20 ms, normalize: mean, weight: 5,
        length_unit: 1 cm}
+    - {type: height_match, rope: rope, sample_period: 40 ms, until: 0.5 s, normalize: mean, length_unit: 1 cm}
 success: {type: crosses_opening, body: pea, axis: y, at: 370 mm, opening_axis: x, opening_half_width: 20 mm}
 variation:
   - {key: "bodies.pea.initial.position[0]", distribution: uniform, lower: -20 mm, upper: 20 mm}
@@ -122,6 +137,7 @@ variation:
 controls: {actuators: [hinge, slider], interval: 100 ms, squash: none, initial: 0.5, lower: -1, upper: 0.75}
 learning: {method: simple_continual, optimize: [design, control], variations: 10, batch: 2, dimensions_per_batch: 1,
            alpha: 0.2, learning_rate: 0.5, decay: 0.4, optimizer: LD_MMA, max_evaluations: 7, seed: 9007199254740991}
+gradient: {tolerance: 1e-4, flagged: 0.1}
 evaluation: {variations: 20, seed: 12}
 )";
 

@@ -1,0 +1,31 @@
+// configs/winding.yaml for tests: loaded, built for one design, and the designs they ask about.
+#pragma once
+
+#include <Eigen/Dense>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "sim/rollout/rollout.h"
+#include "sim/scenarios/scenario_files.h"
+
+namespace knap::test {
+
+inline RolloutModel LoadWinding(const std::vector<std::string>& overrides) {
+  const LoadedScenario loaded = LoadScenario(KNAP_CONFIGS "/winding.yaml", overrides);
+  if (!loaded.parsed.ok()) throw std::runtime_error(loaded.parsed.FormatErrors());
+  return RolloutModel(loaded.files);
+}
+
+inline SceneModel Build(const RolloutModel& rollout, const Scene& scene, const Eigen::VectorXd& theta) {
+  return BuildModel(scene, rollout.design()->CalcShapes(theta));
+}
+
+// The initial spool with both sides of both ends of this length [m].
+inline Eigen::VectorXd MakeTheta(const RolloutModel& rollout, double ends) {
+  Eigen::VectorXd theta = rollout.design()->initial_theta();
+  for (const int i : {0, 1, 6, 7}) theta(i) = ends;
+  return theta;
+}
+
+}  // namespace knap::test

@@ -1,0 +1,162 @@
+// configs/winding.yaml: the rope starts clear of every spool, gravity comes from everywhere alike, losses and success
+// say what they mean, and the gradient is that of the loss.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "sim/rollout/height_loss.h"
+#include "sim/scenarios/numeric_keys.h"
+#include "tests/sim/rollout/winding_scene.h"
+
+namespace knap {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using test::Build;
+using test::LoadWinding;
+using test::MakeTheta;
+
+constexpr double kPi = 3.141592653589793238462643383279502884;
+
+TEST(Winding, TheRopeStartsClearOfEverySpool) {
+  const RolloutModel rollout = LoadWinding({});
+  const std::vector<DesignParameter>& parameters = rollout.scene().design->parameters;
+  ASSERT_EQ(parameters.size(), 8u);
+  std::mt19937_64 generator(1);
+  for (int trial = 0; trial < 60; ++trial) {
+    VectorXd theta(8);
+    for (int i = 0; i < 8; ++i) {
+      // Half of them at corners of the bounds.
+      double share = std::uniform_real_distribution<double>(0.0, 1.0)(generator);
+      if (trial % 2 == 0) share = std::round(share);
+      theta(i) = parameters[i].lower + share * (parameters[i].upper - parameters[i].lower);
+    }
+    const SceneModel model = Build(rollout, rollout.scene(), theta);
+    Dynamics dynamics(model.tree);
+    ContactModel contacts(model.contacts);
+    dynamics.CalcKinematics(model.q0, model.v0, VectorXd::Zero(model.tree.nv()), 0.0);
+    contacts.AddWrenches(&dynamics);
+    for (const ContactReport& report : contacts.reports()) EXPECT_FALSE(report.active) << theta.transpose();
+  }
+}
+
+TEST(Winding, TheRopeIsWoundAroundTheSpool) {
+  const RolloutModel rollout = LoadWinding({});
+  const SceneModel model = Build(rollout, rollout.scene(), rollout.design()->initial_theta());
+  const std::vector<int>& links = model.links.at("rope");
+  ASSERT_EQ(links.size(), 15u);
+  EXPECT_EQ(model.tree.nv(), 48);
+  Dynamics dynamics(model.tree);
+  dynamics.CalcKinematics(model.q0, model.v0, VectorXd::Zero(48), 0.0);
+  double turned = 0.0;
+  Vector3d before = Vector3d::Zero();
+  for (int i = 0; i <= 15; ++i) {
+    const Pose& X = dynamics.kinematics()[links[std::min(i, 14)]].X_WB;
+    const Vector3d joint = i < 15 ? X.p : Vector3d(X * Vector3d(0.03, 0.0, 0.0));
+    // On a square of 60 mm, within the middle part.
+    EXPECT_NEAR(joint.tail<2>().cwiseAbs().maxCoeff(), 0.03, 1e-4) << i;
+    EXPECT_LT(std::abs(joint.x()) + 0.004, 0.015) << i;
+    if (i > 0) {
+      EXPECT_NEAR((joint - before).norm(), 0.03, 1e-12);
+      turned += std::atan2(before.y() * joint.z() - before.z() * joint.y(), before.tail<2>().dot(joint.tail<2>()));
+    }
+    before = joint;
+  }
+  EXPECT_NEAR(turned / (2.0 * kPi), 1.875, 1e-3);
+}
+
+TEST(Winding, GravityComesFromEverywhereAlike) {
+  const RolloutModel rollout = LoadWinding({});
+  std::mt19937_64 generator(2);
+  const auto draw = [&](int i) {
+    const auto& d = std::get<UniformDistribution>(rollout.scene().variation[i].distribution);
+    return std::uniform_real_distribution<double>(d.lower, d.upper)(generator);
+  };
+  const DesignedShapes shapes = rollout.design()->CalcShapes(rollout.design()->initial_theta());
+  Vector3d mean = Vector3d::Zero();
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+  constexpr int kDraws = 4000;
+  for (int n = 0; n < kDraws; ++n) {
+    Scene varied = rollout.scene();
+    ApplyVariation(varied, std::vector{draw(0), draw(1)});
+    const Vector3d g = BuildModel(varied, shapes).tree.gravity;
+    EXPECT_NEAR(g.norm(), 9.81, 1e-12);
+    mean += g / 9.81 / kDraws;
+    second += g * g.transpose() / (9.81 * 9.81) / kDraws;
+  }
+  // Four standard deviations of a mean of unit vectors, and of their squares.
+  EXPECT_LT(mean.norm(), 4.0 / std::sqrt(kDraws));
+  EXPECT_LT((second - Eigen::Matrix3d::Identity() / 3.0).norm(), 4.0 / std::sqrt(kDraws));
+}
+
+TEST(Winding, APrismLosesTheRopeAlongItsAxisAndWideEndsHoldIt) {
+  RolloutModel rollout = LoadWinding({});
+  RolloutInput input;
+  input.variation = {0.0, -0.5};  // 30° below the spool's axis, more than the angle of friction
+  input.want_gradient = false;
+  input.theta = MakeTheta(rollout, 0.05);
+  const RolloutOutput prism = rollout.Run(input, {});
+  ASSERT_TRUE(prism.certificate.converged);
+  EXPECT_FALSE(prism.success);
+  // It slides off and falls: by less than freely, Σ (g t²/2)² over 50 samples, and far more than not at all.
+  double free = 0.0;
+  for (int n = 1; n <= 50; ++n) free += std::pow(0.5 * 9.81 * std::pow(0.02 * n, 2), 2);
+  EXPECT_LT(prism.loss, free);
+  EXPECT_GT(prism.loss, 0.05 * free);
+  input.theta = MakeTheta(rollout, 0.12);
+  const RolloutOutput spool = rollout.Run(input, {});
+  ASSERT_TRUE(spool.certificate.converged);
+  EXPECT_TRUE(spool.success);
+  EXPECT_LT(spool.loss, 0.01 * prism.loss);
+}
+
+TEST(Winding, GradientsEqualDifferences) {
+  // Long enough for the rope to have fallen onto the spool and to slide.
+  RolloutModel rollout = LoadWinding({"rollout.horizon=0.1 s", "loss.task[0].until=0.1 s",
+                                      "loss.distillation[0].until=0.1 s", "rollout.newton_tolerance=1e-12"});
+  RolloutInput input;
+  input.variation = {0.7, -0.6};
+  input.theta = MakeTheta(rollout, 0.07);
+  input.theta(2) = 0.045;
+  input.theta(5) = 0.042;
+  for (const bool distill : {false, true}) {
+    input.theta_reference = distill ? MakeTheta(rollout, 0.06) : VectorXd();
+    input.want_gradient = true;
+    const RolloutOutput at = rollout.Run(input, {});
+    ASSERT_TRUE(at.certificate.converged && at.certificate.finite);
+    const double scale = at.gradient.cwiseAbs().maxCoeff();
+    EXPECT_GT(scale, 1e-6);
+    input.want_gradient = false;
+    const VectorXd theta = input.theta;
+    for (int i = 0; i < 8; ++i) {
+      double error = 1.0 / 0.0;
+      for (const double step : {1e-6, 2.5e-7, 6e-8}) {
+        const auto moved = [&](double h) {
+          input.theta = theta;
+          input.theta(i) += h;
+          return rollout.Run(input, {}).loss;
+        };
+        error = std::min(error, std::abs(at.gradient(i) - (moved(step) - moved(-step)) / (2.0 * step)));
+      }
+      EXPECT_LT(error, 1e-4 * scale) << "parameter " << i << ", distillation " << distill;
+    }
+    input.theta = theta;
+  }
+}
+
+TEST(Winding, ARopeMayTouchItself) {
+  const RolloutModel rollout = LoadWinding({});
+  Scene scene = rollout.scene();
+  Contact own = scene.contacts[0];
+  own.bodies = {"rope", "rope"};
+  scene.contacts.push_back(own);
+  const SceneModel model = Build(rollout, scene, rollout.design()->initial_theta());
+  // 15 with the spool; of 105 pairs of links, 14 are neighbours.
+  EXPECT_EQ(model.contacts.size(), 15u + 91u);
+}
+
+}  // namespace
+}  // namespace knap
