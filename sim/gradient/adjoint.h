@@ -13,8 +13,8 @@
 //
 // One factorisation and one pull-back a step, whatever the number of parameters. Parameters are the numbers that the
 // tree is made of (dynamics.h: ParameterCotangents) save the ends of joint limits, gains of actuators and prescribed
-// motions; mesh vertices in contact; controls; the initial state. A placement's cotangent holds for contacts as far as
-// these report how their wrenches move with it (CrossWrench).
+// motions; mesh vertices in contact; controls; the initial state. A placement moves the contacts of all it carries,
+// those of bodies without freedom included.
 #pragma once
 
 #include <Eigen/Dense>

@@ -50,7 +50,7 @@ static constexpr JointDimensions kTurning{kAngle,
                                           "springs at the ends of a revolute joint's range",
                                           "of a revolute joint, known by the body's name"};
 static constexpr JointDimensions kSliding{kLength,
-                                          kForce,
+                                          kForceDimension,
                                           kLinearStiffness,
                                           kLinearDamping,
                                           kContactDamping,

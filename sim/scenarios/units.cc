@@ -17,7 +17,6 @@ struct UnitDefinition {
   Dimension dimension;
 };
 
-constexpr Dimension kForce{{1, 1, -2, 0}};
 constexpr Dimension kPressure{{-1, 1, -2, 0}};
 constexpr Dimension kEnergy{{2, 1, -2, 0}};
 constexpr Dimension kPower{{2, 1, -3, 0}};
@@ -37,10 +36,10 @@ constexpr UnitDefinition kUnits[] = {
     {"min", 0, 60.0, kTime},
     {"rad", 0, 1.0, kAngle},
     {"mrad", -3, 1.0, kAngle},
-    {"N", 0, 1.0, kForce},
+    {"N", 0, 1.0, kForceDimension},
     {"deg", 0, std::numbers::pi / 180.0, kAngle},
-    {"mN", -3, 1.0, kForce},
-    {"kN", 3, 1.0, kForce},
+    {"mN", -3, 1.0, kForceDimension},
+    {"kN", 3, 1.0, kForceDimension},
     {"Pa", 0, 1.0, kPressure},
     {"kPa", 3, 1.0, kPressure},
     {"MPa", 6, 1.0, kPressure},
@@ -68,7 +67,7 @@ constexpr DimensionDefinition kDimensions[] = {
     {kAcceleration, "m/s^2", "an acceleration", "-9.81 m/s^2"},
     {kDensity, "kg/m^3", "a density", "1000 kg/m^3"},
     {kRotationalInertia, "kg*m^2", "a rotational inertia", "1e-6 kg*m^2"},
-    {kForce, "N", "a force", "2 N"},
+    {kForceDimension, "N", "a force", "2 N"},
     {kTorque, "N*m", "a torque", "0.06 N*m"},
     {kLinearStiffness, "N/m", "a stiffness", "100 N/m"},
     {kAngularStiffness, "N*m/rad", "a rotational stiffness", "0.1 N*m/rad"},

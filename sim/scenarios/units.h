@@ -32,7 +32,7 @@ inline constexpr Dimension kAngularSpeed{{0, 0, -1, 1}};
 inline constexpr Dimension kAcceleration{{1, 0, -2, 0}};
 inline constexpr Dimension kDensity{{-3, 1, 0, 0}};
 inline constexpr Dimension kRotationalInertia{{2, 1, 0, 0}};
-inline constexpr Dimension kForce{{1, 1, -2, 0}};                // N
+inline constexpr Dimension kForceDimension{{1, 1, -2, 0}};       // N
 inline constexpr Dimension kTorque{{2, 1, -2, 0}};               // N·m
 inline constexpr Dimension kLinearStiffness{{0, 1, -2, 0}};      // N/m
 inline constexpr Dimension kAngularStiffness{{2, 1, -2, -1}};    // N·m/rad

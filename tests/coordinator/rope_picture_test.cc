@@ -51,7 +51,9 @@ TEST(RopeView, FacesComeFromTheFarthestToTheNearest) {
   ASSERT_EQ(faces.size(), 2u * (2u * 4u + 1u) + 6u);
   for (std::size_t i = 0; i < faces.size(); ++i) {
     EXPECT_EQ(faces[i].of_rope, i < 9 || i >= 15) << i;
-    if (i > 0) EXPECT_GE(faces[i].depth, faces[i - 1].depth);
+    if (i > 0) {
+      EXPECT_GE(faces[i].depth, faces[i - 1].depth);
+    }
   }
 }
 

@@ -9,9 +9,9 @@ namespace knap::test {
 template <std::size_t N, class Slope>
 std::array<double, N> IntegrateRungeKutta(const Slope& slope, std::array<double, N> s, double duration, int steps) {
   using State = std::array<double, N>;
-  const auto add = [](const State& s, double h, const State& d) {
-    State out = s;
-    for (std::size_t i = 0; i < N; ++i) out[i] += h * d[i];
+  const auto add = [](const State& from, double by, const State& d) {
+    State out = from;
+    for (std::size_t i = 0; i < N; ++i) out[i] += by * d[i];
     return out;
   };
   const double h = duration / steps;

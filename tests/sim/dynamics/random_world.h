@@ -1,0 +1,65 @@
+// A random world, a loss on its trajectory, and for every kind of parameter a direction in which the world can change,
+// with the slope that the adjoint predicts: what tests of gradients compare with differences.
+#pragma once
+
+#include <Eigen/Dense>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sim/gradient/adjoint.h"
+#include "tests/sim/dynamics/random_tree.h"
+
+namespace knap::test {
+
+// All that a trajectory depends on.
+struct World {
+  std::vector<TreeBody> bodies;
+  std::vector<Actuator> actuators;
+  Eigen::Vector3d gravity;
+  Eigen::VectorXd q0;
+  Eigen::VectorXd v0;
+  ControlSequence controls;
+  std::vector<ContactPair> contacts;
+  // Of the contacts that have a mesh: theirs, which takes the place of what `contacts` say.
+  struct ContactMeshOf {
+    int contact = 0;
+    int side = 0;  // 0 or 1: which of the two shapes it is
+    TriangleMesh mesh;
+    std::shared_ptr<const SurfaceSampling> sampling;
+  };
+  std::vector<ContactMeshOf> meshes;
+
+  Tree MakeTree() const { return RandomTree::Rebuild(bodies, actuators, gravity); }
+  ContactModel MakeContacts() const;
+};
+
+// Of each body, halfway and at the end: a linear function of position, velocity, orientation and angular velocity, and
+// the square of the position. A world whose trajectory fails or needs smaller steps is none to compare: RC_PRE.
+struct WorldLoss {
+  std::vector<Eigen::Vector3d> a, b, c, d;
+  SimulationOptions options;
+
+  double Evaluate(const World& world) const;
+  TrajectoryGradient Sweep(const World& world) const;
+};
+
+// One way of changing a world, and the slope that the adjoint predicts for it.
+struct WorldDirection {
+  std::string kind;
+  std::function<World(const World&, double)> move;
+  double slope = 0.0;
+};
+
+// One direction of unit length for each kind of parameter and each body that has it.
+std::vector<WorldDirection> MakeDirections(RandomTree* random, const World& world, const TrajectoryGradient& g);
+
+// A world without contact, and its loss.
+struct WorldCase {
+  World world;
+  WorldLoss loss;
+};
+WorldCase MakeWorldCase(RandomTree* random);
+
+}  // namespace knap::test
