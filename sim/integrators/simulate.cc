@@ -3,43 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 
 #include "sim/math/check.h"
 
 namespace knap {
 
 using Eigen::VectorXd;
-
-void Trajectory::Reserve(int states) {
-  times_.reserve(states);
-  q_.reserve(static_cast<std::size_t>(states) * nq_);
-  v_.reserve(static_cast<std::size_t>(states) * nv_);
-  xi_.reserve(static_cast<std::size_t>(states) * nv_);
-  vdot_.reserve(static_cast<std::size_t>(states) * nv_);
-  coefficients_.reserve(states);
-  state_of_step_.reserve(states);
-  bristle_start_.reserve(states + 1);
-}
-
-void Trajectory::Append(double time, const BdfCoefficients& c, const VectorXd& q, const VectorXd& v,
-                        const VectorXd& xi, const VectorXd& vdot, const Bristles& bristles) {
-  times_.push_back(time);
-  coefficients_.push_back(c);
-  q_.insert(q_.end(), q.data(), q.data() + nq_);
-  v_.insert(v_.end(), v.data(), v.data() + nv_);
-  xi_.insert(xi_.end(), xi.data(), xi.data() + nv_);
-  vdot_.insert(vdot_.end(), vdot.data(), vdot.data() + nv_);
-  bristles_.id.insert(bristles_.id.end(), bristles.id.begin(), bristles.id.end());
-  bristles_.z.insert(bristles_.z.end(), bristles.z.begin(), bristles.z.end());
-  bristle_start_.push_back(bristles_.size());
-}
-
-void Trajectory::GetBristles(int k, Bristles* out) const {
-  const int begin = bristle_start_[k];
-  const int end = bristle_start_[k + 1];
-  out->id.assign(bristles_.id.begin() + begin, bristles_.id.begin() + end);
-  out->z.assign(bristles_.z.begin() + begin, bristles_.z.begin() + end);
-}
 
 void CalcRates(const BdfCoefficients& c, const Eigen::Ref<const VectorXd>& xi,
                const Eigen::Ref<const VectorXd>& xi_previous, const Eigen::Ref<const VectorXd>& v_now,
@@ -64,10 +34,10 @@ Simulator::Simulator(Dynamics* dynamics, ContactModel* contacts) : dynamics_(dyn
 Trajectory Simulator::Run(const VectorXd& q0, const VectorXd& v0, const SimulationOptions& options,
                           const ControlSequence& controls) {
   const Tree& tree = dynamics_->tree();
-  const bool controlled = controls.values.size() > 0;
-  KNAP_CHECK(!controlled || (controls.values.rows() == tree.num_controls() && controls.steps_per_interval > 0),
-             "controls of {} actuators, {} steps an interval; the tree has {}", controls.values.rows(),
-             controls.steps_per_interval, tree.num_controls());
+  KNAP_CHECK(
+      controls.values.size() == 0 || (controls.values.rows() == tree.num_controls() && controls.steps_per_interval > 0),
+      "controls of {} actuators, {} steps an interval; the tree has {}", controls.values.rows(),
+      controls.steps_per_interval, tree.num_controls());
   Trajectory trajectory(tree.nq(), tree.nv());
   trajectory.controls = controls;
   dynamics_->controls().setZero();
@@ -82,20 +52,69 @@ Trajectory Simulator::Run(const VectorXd& q0, const VectorXd& v0, const Simulati
   trajectory.last_touched_.assign(contacts_->contacts().size(), -std::numeric_limits<double>::infinity());
   NoteContacts(0.0, &trajectory);
   trajectory.certificate.contact_onsets = 0;  // what touches from the start has no onset
-  for (int n = 0; n < options.steps; ++n) {
-    const int states_before = trajectory.size();
-    if (controlled) dynamics_->controls() = controls.values.col(controls.IntervalOfStep(n));
-    // Times are multiples of the step, not sums, so that they do not drift.
-    const double time = n * options.step;
-    if (!Advance(time, options.step, 0, options, &trajectory)) {
+  trajectory.memory_ = options.memory;
+  trajectory.blocks_.front().seed = trajectory.MakeSeed();
+  for (int n = 0; n < options.steps; n += kStepsPerBlock) {
+    if (n > 0) trajectory.BeginBlock();
+    if (trajectory.OutgrowsMemory()) {
+      if (!trajectory.replay_) trajectory.replay_ = MakeReplay(options, controls);
+      trajectory.DropBlocks();
+    }
+    if (!TakeSteps(n, std::min(n + kStepsPerBlock, options.steps), options, &trajectory)) {
       trajectory.certificate.converged = false;
       break;
     }
-    if (trajectory.size() > states_before + 1) ++trajectory.certificate.subdivided_steps;
-    trajectory.state_of_step_.push_back(trajectory.size() - 1);
-    if (options.progress && n % 256 == 0) options.progress(n);
   }
   return trajectory;
+}
+
+bool Simulator::TakeSteps(int begin, int end, const SimulationOptions& options, Trajectory* trajectory) {
+  const ControlSequence& controls = trajectory->controls;
+  for (int n = begin; n < end; ++n) {
+    const int states_before = trajectory->size();
+    if (controls.values.size() > 0) dynamics_->controls() = controls.values.col(controls.IntervalOfStep(n));
+    // Times are multiples of the step, not sums, so that they do not drift.
+    const double time = n * options.step;
+    if (!Advance(time, options.step, 0, options, trajectory)) return false;
+    if (trajectory->size() > states_before + 1) ++trajectory->certificate.subdivided_steps;
+    trajectory->state_of_step_.push_back(trajectory->size() - 1);
+    if (options.progress && n % 256 == 0) options.progress(n);
+  }
+  return true;
+}
+
+Trajectory Simulator::Repeat(const Trajectory::Seed& seed, int first_step, const SimulationOptions& options,
+                             const ControlSequence& controls) {
+  Trajectory block(dynamics_->tree().nq(), dynamics_->tree().nv());
+  block.controls = controls;
+  block.Reserve(kStepsPerBlock + 2);
+  if (seed.v_before.size() > 0) block.Append(0.0, {}, seed.q, seed.v_before, zero_, zero_, {});
+  block.Append(seed.time, seed.coefficients, seed.q, seed.v, seed.xi, seed.vdot, seed.bristles);
+  bristles_ = seed.bristles;
+  was_active_.assign(contacts_->contacts().size(), false);
+  block.last_touched_.assign(was_active_.size(), 0.0);
+  TakeSteps(first_step, std::min(first_step + kStepsPerBlock, options.steps), options, &block);
+  return block;
+}
+
+Trajectory::Replay Simulator::MakeReplay(const SimulationOptions& options, const ControlSequence& controls) const {
+  // Of its own, so that nobody's kinematics change under them when an old state is looked at.
+  struct World {
+    Tree tree;
+    Dynamics dynamics;
+    ContactModel contacts;
+    Simulator simulator;
+    SimulationOptions options;
+    ControlSequence controls;
+    World(const Tree& t, const std::vector<ContactPair>& pairs, const SimulationOptions& o, const ControlSequence& c)
+        : tree(t), dynamics(tree), contacts(pairs), simulator(&dynamics, &contacts), options(o), controls(c) {
+      options.progress = {};
+    }
+  };
+  const auto world = std::make_shared<World>(dynamics_->tree(), contacts_->contacts(), options, controls);
+  return [world](const Trajectory::Seed& seed, int first_step) {
+    return world->simulator.Repeat(seed, first_step, world->options, world->controls);
+  };
 }
 
 bool Simulator::Advance(double time, double h, int depth, const SimulationOptions& options, Trajectory* trajectory) {

@@ -1,4 +1,4 @@
-// Implicit time stepping of a tree in contact, recorded so that an adjoint can run back over it.
+// Implicit time stepping of a tree in contact.
 //
 // Each step solves r(xi) = 0 (dynamics.h) by Newton with a backtracking line search. The residual is tested before the
 // first iteration, so what rests costs one evaluation. A row's residual is judged against the magnitudes of the terms
@@ -7,12 +7,13 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <cstddef>
 #include <functional>
 #include <vector>
 
 #include "sim/contact/contact_model.h"
-#include "sim/integrators/bdf.h"
 #include "sim/integrators/control_sequence.h"
+#include "sim/integrators/trajectory.h"
 #include "sim/multibody/dynamics.h"
 
 namespace knap {
@@ -23,65 +24,13 @@ inline constexpr int kMaxSubdivisions = 8;
 inline constexpr double kRoundingFloor = 1e-11;
 
 struct SimulationOptions {
-  double step = 1e-3;     // [s]
-  int steps = 0;          // whole steps
-  int order = 2;          // 1 or 2
+  double step = 1e-3;  // [s]
+  int steps = 0;       // whole steps
+  int order = 2;       // 1 or 2
   double newton_tolerance = 1e-10;
   int newton_max_iterations = 30;
-  std::function<void(int)> progress;  // called with the whole steps done, now and then; may be empty
-};
-
-struct SimulationCertificate {
-  bool converged = true;
-  bool finite = true;
-  double worst_residual = 0.0;  // largest accepted scaled residual
-  int subdivided_steps = 0;     // whole steps that had to be cut
-  int contact_onsets = 0;       // times that some contact began
-  long newton_iterations = 0;
-};
-
-// States 0…K and the records that lead from each to the next; substeps are states too.
-class Trajectory {
- public:
-  Trajectory(int nq, int nv) : nq_(nq), nv_(nv) {}
-
-  int size() const { return static_cast<int>(times_.size()); }
-  double time(int k) const { return times_[k]; }
-  Eigen::Map<const Eigen::VectorXd> q(int k) const { return {q_.data() + k * nq_, nq_}; }
-  Eigen::Map<const Eigen::VectorXd> v(int k) const { return {v_.data() + k * nv_, nv_}; }
-  // xi(k), vdot(k) and coefficients(k) belong to the step from k−1 to k; zero for k = 0.
-  Eigen::Map<const Eigen::VectorXd> xi(int k) const { return {xi_.data() + k * nv_, nv_}; }
-  Eigen::Map<const Eigen::VectorXd> vdot(int k) const { return {vdot_.data() + k * nv_, nv_}; }
-  // The bristles of the contacts at state k.
-  void GetBristles(int k, Bristles* out) const;
-  const BdfCoefficients& coefficients(int k) const { return coefficients_[k]; }
-  // The state at the end of whole step n (0: the start), n ≤ whole_steps().
-  int state_of_step(int n) const { return state_of_step_[n]; }
-  int whole_steps() const { return static_cast<int>(state_of_step_.size()) - 1; }
-  // When each contact was last active [s]; minus infinity where it never was.
-  const std::vector<double>& last_touched() const { return last_touched_; }
-
-  SimulationCertificate certificate;
-  ControlSequence controls;  // that acted
-
- private:
-  friend class Simulator;
-  void Reserve(int states);
-  void Append(double time, const BdfCoefficients& c, const Eigen::VectorXd& q, const Eigen::VectorXd& v,
-              const Eigen::VectorXd& xi, const Eigen::VectorXd& vdot, const Bristles& bristles);
-
-  int nq_;
-  int nv_;
-  std::vector<double> times_;
-  std::vector<double> q_;
-  std::vector<double> v_;
-  std::vector<double> xi_;
-  std::vector<double> vdot_;
-  std::vector<BdfCoefficients> coefficients_;
-  std::vector<int> state_of_step_;
-  std::vector<double> last_touched_;
-  Bristles bristles_;  // of all states, one after the other
-  std::vector<int> bristle_start_{0};
+  std::size_t memory = std::size_t{256} << 20;  // of a trajectory's records; beyond, they are computed again [bytes]
+  std::function<void(int)> progress;            // called with the whole steps done, now and then; may be empty
 };
 
 // The rate v and acceleration that an increment xi means for the step to state k+1 of the trajectory.
@@ -106,6 +55,12 @@ class Simulator {
   bool SolveStep(double time, const BdfCoefficients& c, const SimulationOptions& options, Trajectory* trajectory);
   double Evaluate(double time, const BdfCoefficients& c, const Trajectory& trajectory);
   void NoteContacts(double time, Trajectory* trajectory);
+  // Whole steps from `begin` to `end`, or until one fails: whether none did.
+  bool TakeSteps(int begin, int end, const SimulationOptions& options, Trajectory* trajectory);
+  // The block of whole steps from `first_step` on, as Run took them.
+  Trajectory Repeat(const Trajectory::Seed& seed, int first_step, const SimulationOptions& options,
+                    const ControlSequence& controls);
+  Trajectory::Replay MakeReplay(const SimulationOptions& options, const ControlSequence& controls) const;
 
   Dynamics* dynamics_;
   ContactModel* contacts_;

@@ -1,0 +1,100 @@
+// Records that were dropped come back with the same bits, and the adjoint over them is the same.
+#include "sim/integrators/trajectory.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "sim/gradient/adjoint.h"
+#include "sim/integrators/simulate.h"
+#include "tests/sim/dynamics/mechanisms.h"
+#include "tests/sim/dynamics/rope.h"
+
+namespace knap {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+struct Recorded {
+  Trajectory trajectory;
+  TrajectoryGradient gradient;
+};
+
+Recorded Record(const Tree& tree, const std::vector<ContactPair>& pairs, const VectorXd& q0,
+                const ControlSequence& controls, const SimulationOptions& options) {
+  Dynamics dynamics(tree);
+  ContactModel contacts(pairs);
+  Trajectory t = Simulator(&dynamics, &contacts).Run(q0, VectorXd::Constant(tree.nv(), 0.3), options, controls);
+  EXPECT_TRUE(t.certificate.converged);
+  std::vector<StateCotangent> cotangents;
+  for (int n = 50; n <= t.whole_steps(); n += 50) {
+    cotangents.push_back({t.state_of_step(n), tree.size() - 1, Vector3d(0.3, -0.8, 0.5), Vector3d(0.1, 0.2, 0.0)});
+  }
+  TrajectoryGradient gradient = SweepAdjoint(t, cotangents, &dynamics, &contacts);
+  return {std::move(t), std::move(gradient)};
+}
+
+void ExpectSameStates(const Trajectory& a, const Trajectory& b, int k) {
+  EXPECT_EQ(a.q(k), b.q(k)) << k;
+  EXPECT_EQ(a.v(k), b.v(k)) << k;
+  EXPECT_EQ(a.xi(k), b.xi(k)) << k;
+  EXPECT_EQ(a.vdot(k), b.vdot(k)) << k;
+  Bristles of_a, of_b;
+  a.GetBristles(k, &of_a);
+  b.GetBristles(k, &of_b);
+  EXPECT_EQ(of_a.id, of_b.id) << k;
+  EXPECT_EQ(of_a.z, of_b.z) << k;
+}
+
+// More than five blocks, of which a trajectory without memory keeps three. Returns how many steps were cut.
+int ExpectTheSameWithoutMemory(const Tree& tree, const std::vector<ContactPair>& pairs, const VectorXd& q0,
+                               const ControlSequence& controls, SimulationOptions options) {
+  options.steps = 5 * kStepsPerBlock + 17;
+  const Recorded whole = Record(tree, pairs, q0, controls, options);
+  EXPECT_EQ(whole.trajectory.replays(), 0);
+  options.memory = 0;
+  const Recorded bare = Record(tree, pairs, q0, controls, options);
+  EXPECT_EQ(bare.trajectory.replays(), 3);  // the sweep met its last three blocks as they were left
+  EXPECT_EQ(whole.gradient.pose0, bare.gradient.pose0);
+  EXPECT_EQ(whole.gradient.v0, bare.gradient.v0);
+  EXPECT_EQ(whole.gradient.controls, bare.gradient.controls);
+  EXPECT_EQ(whole.gradient.loss_rounding, bare.gradient.loss_rounding);
+  EXPECT_GT(whole.gradient.v0.norm(), 0.0);
+  const int states = whole.trajectory.size();
+  EXPECT_EQ(bare.trajectory.size(), states);
+  if (bare.trajectory.size() != states) return -1;
+  for (int k = 0; k < states; ++k) ExpectSameStates(whole.trajectory, bare.trajectory, k);
+  for (int k = states - 1; k >= 0; k -= 97) ExpectSameStates(whole.trajectory, bare.trajectory, k);
+  return whole.trajectory.certificate.subdivided_steps;
+}
+
+TEST(Trajectory, ARopeInContactComesBackWithItsBristles) {
+  const test::WoundRope rope = test::MakeWoundRope(test::MakeSpool(0.05, 0.1), {2e8, 2.0, 0.3, 0.0, 1e-3, 2e-5});
+  SimulationOptions options;
+  options.step = 2e-3;
+  ExpectTheSameWithoutMemory(rope.scene.tree, rope.scene.contacts, rope.scene.q0(), {}, options);
+}
+
+TEST(Trajectory, AFingerComesBackUnderItsControls) {
+  const Tree tree = test::MakeFinger();
+  ControlSequence controls;
+  controls.steps_per_interval = 20;
+  controls.values.resize(tree.num_controls(), 30);
+  for (int i = 0; i < controls.values.size(); ++i) controls.values.data()[i] = 0.2 * std::sin(1.0 + 0.7 * i);
+  SimulationOptions options;
+  options.step = 2e-3;
+  ExpectTheSameWithoutMemory(tree, {}, tree.MakeDefaultPositions(), controls, options);
+}
+
+// Steps that had to be cut make a block longer than its whole steps.
+TEST(Trajectory, SubstepsComeBackToo) {
+  const test::WoundRope rope = test::MakeWoundRope(test::MakeSpool(0.05, 0.1), {2e8, 2.0, 0.3, 0.0, 1e-3, 2e-5});
+  SimulationOptions options;
+  options.step = 4e-3;
+  options.newton_max_iterations = 6;
+  EXPECT_GT(ExpectTheSameWithoutMemory(rope.scene.tree, rope.scene.contacts, rope.scene.q0(), {}, options), 0);
+}
+
+}  // namespace
+}  // namespace knap
