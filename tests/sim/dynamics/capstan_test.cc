@@ -24,7 +24,7 @@ constexpr double kPi = 3.141592653589793238462643383279502884;
 constexpr double kGravity = 9.81;
 constexpr double kRadius = 0.04;
 constexpr double kThickness = 0.003;
-constexpr int kWrapped = 16;         // bends over half a turn
+constexpr int kWrapped = 16;        // bends over half a turn
 constexpr double kLightLoad = 0.05;  // [kg]
 
 double CalcLogRatio(double friction) { return friction * kPi * kRadius / (kRadius + 0.5 * kThickness); }
@@ -70,8 +70,7 @@ DrapedRope MakeDrapedRope(double friction, double heavy_load) {
     R_WB.col(1) = Vector3d::UnitY();
     R_WB.col(2) = R_WB.col(0).cross(R_WB.col(1));
     TreeBody link;
-    link.joint = JointType::kRevolute;  // about y alone: on ball joints the loaded rope would roll off sideways
-    link.axis = Vector3d::UnitY();
+    link.joint = JointType::kBall;
     link.law.damping = 1e-7;
     link.M = MakeSpatialInertia(kLinkMass, box.center, I);
     if (i == 0) {
@@ -89,9 +88,9 @@ DrapedRope MakeDrapedRope(double friction, double heavy_load) {
     if (i == links - 1) {
       link.M += MakeSpatialInertia(kLightLoad, Vector3d(pitch, 0.0, 0.0), 1e-5 * Matrix3d::Identity());
     }
-    const Eigen::AngleAxisd turn(Matrix3d(R_WP.transpose() * R_WB));
-    scene.q.push_back(turn.angle() * turn.axis().y());
-    scene.v.push_back(0.0);
+    const Eigen::Quaterniond q(Matrix3d(R_WP.transpose() * R_WB));
+    scene.q.insert(scene.q.end(), {q.x(), q.y(), q.z(), q.w()});
+    scene.v.insert(scene.v.end(), 3, 0.0);
     parent = scene.tree.AddBody(link);
     if (i == 0) out.heavy = parent;
     out.light = parent;
@@ -139,7 +138,8 @@ TEST_P(CapstanTest, SlidesWithThatRatioOfTensions) {
 TEST_P(CapstanTest, HoldsBelowThatRatioAndGivesWayAboveIt) {
   const double wanted = CalcLogRatio(GetParam());
   const auto creep = [&](double share) {
-    const std::vector<double> z = RunRope(MakeDrapedRope(GetParam(), kLightLoad * std::exp(share * wanted)), 5e-4, 600);
+    const std::vector<double> z =
+        RunRope(MakeDrapedRope(GetParam(), kLightLoad * std::exp(share * wanted)), 5e-4, 600);
     return z[400] - z[600];  // within the last 0.1 s
   };
   EXPECT_LT(std::abs(creep(0.95)), 5e-5);
