@@ -48,7 +48,7 @@ class CounterRandom {
   // The same conditioned on |z| <= limit, limit > 0, by inversion: z = quantile(Phi(-limit) + u (1 - 2 Phi(-limit))).
   // One 64-bit draw; an infinite limit gives DrawNormal's bits.
   double DrawTruncatedNormal(double limit);
-  std::uint64_t DrawBelow(std::uint64_t bound);    // uniform on 0 … bound-1 without bias; bound > 0
+  std::uint64_t DrawBelow(std::uint64_t bound);  // uniform on 0 … bound-1 without bias; bound > 0
 
   // `count` different numbers of 0 … population-1, each subset and order equally likely, in the order drawn
   // (Fisher–Yates). Throws std::invalid_argument when count > population.

@@ -49,9 +49,9 @@ class Study {
   }
 
   StudyResult Run() {
-    result_.initial = EvaluateDesign(problem_.variations, problem_.parameters.initial, options_.tests,
-                                     options_.test_seed, *service_)
-                          .summary;
+    result_.initial =
+        EvaluateDesign(problem_.variations, problem_.parameters.initial, options_.tests, options_.test_seed, *service_)
+            .summary;
     observer_->OnInitial(result_.initial);
     std::vector<std::size_t> ours, others;
     for (std::size_t i = 0; i < result_.runs.size(); ++i) {

@@ -38,9 +38,9 @@ std::vector<LearningOptions> PlanRuns(const StudyOptions& options);
 struct StudyRun {
   LearningOptions learning;  // as the run uses them
   LearningResult learned;
-  TestSummary test;                     // of theta learned
-  std::int64_t rollouts_total = 0;      // asked for, the tests of both designs included
-  std::int64_t rollouts_distinct = 0;   // different ones among them
+  TestSummary test;                    // of theta learned
+  std::int64_t rollouts_total = 0;     // asked for, the tests of both designs included
+  std::int64_t rollouts_distinct = 0;  // different ones among them
 };
 
 struct StudyResult {
@@ -69,7 +69,7 @@ struct MethodSummary {
   LearningMethod method{};
   SeedSpread spread;
   double success_least = 0.0, success_median = 0.0, success_most = 0.0;  // over seeds
-  double rollouts_mean = 0.0;                                           // of learning
+  double rollouts_mean = 0.0;                                            // of learning
 };
 std::vector<MethodSummary> SummarizeMethods(const StudyOptions& options, const StudyResult& result);
 

@@ -40,8 +40,8 @@ struct ContactMaterial {
 
 struct PointForce {
   double N = 0.0;
-  Eigen::Vector3d f = Eigen::Vector3d::Zero();         // on B [N]
-  Eigen::Vector3d bristle = Eigen::Vector3d::Zero();   // q for the next step [m]; zero under regularised friction
+  Eigen::Vector3d f = Eigen::Vector3d::Zero();        // on B [N]
+  Eigen::Vector3d bristle = Eigen::Vector3d::Zero();  // q for the next step [m]; zero under regularised friction
 };
 
 // Derivatives; gradients of N as columns.

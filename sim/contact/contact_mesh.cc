@@ -50,8 +50,7 @@ SurfaceSampling::SurfaceSampling(const TriangleMesh& reference, double spacing) 
     const Vector3i& triangle = reference.triangles[t];
     double longest = 0.0;
     for (int k = 0; k < 3; ++k) {
-      longest = std::max(longest,
-                         (reference.vertices[triangle[k]] - reference.vertices[triangle[(k + 1) % 3]]).norm());
+      longest = std::max(longest, (reference.vertices[triangle[k]] - reference.vertices[triangle[(k + 1) % 3]]).norm());
     }
     const int n = std::max(1, static_cast<int>(std::ceil(longest / spacing * (1.0 - 1e-9))));
     // A lattice point is a corner of one part at a vertex, of three on an edge, of six inside.

@@ -85,8 +85,8 @@ void ContactModel::AddSide(int s, Dynamics* dynamics) {
   const double sign = first == side.point_body ? 1.0 : -1.0;
   const Vector3d f_W = sign * (S.X_WB.R * patch.wrench.F().tail<3>());
   report.f_W += f_W;
-  report.m_W += sign * (S.X_WB.R * patch.wrench.F().head<3>()) +
-                (S.X_WB.p - dynamics->kinematics()[first].X_WB.p).cross(f_W);
+  report.m_W +=
+      sign * (S.X_WB.R * patch.wrench.F().head<3>()) + (S.X_WB.p - dynamics->kinematics()[first].X_WB.p).cross(f_W);
 }
 
 void ContactModel::AddDerivatives(ContactDerivatives derivatives, Dynamics* dynamics) {
@@ -110,8 +110,8 @@ void ContactModel::AddDerivatives(ContactDerivatives derivatives, Dynamics* dyna
       patch.wrench.AddJacobian(t.c, t.a, t.force.f, da_dc, df_dc, t.jacobian.df_du);
       if (!Rolls(side)) continue;
       const RollingMoment rolling = CalcRollingMoment(material, side.rolling_radius, t.force.N, e.n, w);
-      const Vector3d dN_dc = t.jacobian.dN_dNe * e.dN_dc + e.dn_dc.transpose() * t.jacobian.dN_dn +
-                             du_dc.transpose() * t.jacobian.dN_du;
+      const Vector3d dN_dc =
+          t.jacobian.dN_dNe * e.dN_dc + e.dn_dc.transpose() * t.jacobian.dN_dn + du_dc.transpose() * t.jacobian.dN_du;
       patch.wrench.AddMomentJacobian(t.c, t.a, rolling.dm_dN * dN_dc.transpose() + rolling.dm_dn * e.dn_dc,
                                      rolling.dm_dN * t.jacobian.dN_du.transpose(), rolling.dm_dw);
     }

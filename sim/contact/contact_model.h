@@ -89,7 +89,7 @@ class ContactModel {
   // One point in contact.
   struct Touch {
     int point = 0;
-    int previous = -1;          // its bristle among those at the step's start
+    int previous = -1;           // its bristle among those at the step's start
     Eigen::Vector3d c, a, u, z;  // z: that bristle
     ElasticPoint elastic;
     MeshIntegrals integrals;
@@ -119,7 +119,7 @@ class ContactModel {
   Bristles previous_;
   // Of the last AddWrenches.
   std::vector<Touch> touches_;
-  int num_touches_ = 0;  // the vector never shrinks
+  int num_touches_ = 0;         // the vector never shrinks
   std::vector<Patch> patches_;  // of each side
   Bristles bristles_;
 };

@@ -50,8 +50,8 @@ void ContactModel::PullBackTouch(int s, const Vector6d& bar_F, const Vector3d& b
   bar_w += t.a.cross(bar_u);
   bar_a += bar_u.cross(w);
   const Vector3d bar_l = bar_a;
-  const Vector3d bar_c = bar_a + bar_N * t.elastic.dN_dc + t.elastic.dn_dc.transpose() * bar_n +
-                         t.elastic.dl_dc.transpose() * bar_l;
+  const Vector3d bar_c =
+      bar_a + bar_N * t.elastic.dN_dc + t.elastic.dn_dc.transpose() * bar_n + t.elastic.dl_dc.transpose() * bar_l;
   if (bar_e != nullptr) {
     bar_e->head<3>() += t.c.cross(bar_c);
     bar_e->tail<3>() += bar_c;

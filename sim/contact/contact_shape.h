@@ -71,7 +71,7 @@ class ShapeField {
   enum class Kind { kHalfSpace, kRoundedCore, kSolidBox };
   Kind kind_ = Kind::kHalfSpace;
   Eigen::Vector3d half_ = Eigen::Vector3d::Zero();  // of the core or the box
-  double radius_ = 0.0;  // of the core; of a half-space its offset
+  double radius_ = 0.0;                             // of the core; of a half-space its offset
   double blend_ = 0.0;
   Eigen::Vector3d center_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d reach_ = Eigen::Vector3d::Zero();

@@ -146,8 +146,7 @@ class SideMaker {
   }
 
   void AddBoxes(const ContactPair& contact) {
-    const double spacing =
-        0.5 * std::min(CalcLeastWidth(contact.shapes[0]), CalcLeastWidth(contact.shapes[1]));
+    const double spacing = 0.5 * std::min(CalcLeastWidth(contact.shapes[0]), CalcLeastWidth(contact.shapes[1]));
     for (int a = 0; a < 2; ++a) {
       PointSide& side = Append(contact, a, 0.5);
       side.features = MakeBoxFeatures(std::get<BoxGeometry>(contact.shapes[a]), 0.0, spacing);
@@ -187,8 +186,6 @@ double CalcSampleSpacing(const ContactGeometry& against) {
   return kInfinity;
 }
 
-std::vector<PointSide> MakeSides(const std::vector<ContactPair>& contacts) {
-  return SideMaker(contacts).sides;
-}
+std::vector<PointSide> MakeSides(const std::vector<ContactPair>& contacts) { return SideMaker(contacts).sides; }
 
 }  // namespace knap

@@ -48,8 +48,8 @@ const std::vector<int>& NearPoints::FindPoints(const PointSide& side, const Pose
   // Places of B as seen from S move by no more than this since the list was made (or of S from B, likewise).
   const Pose X_BS{X_SB.R.transpose(), -(X_SB.R.transpose() * X_SB.p)};
   const Vector3d& center = side.field.center();
-  const Vector3d moved = infinite ? Vector3d(X_SB.p + X_BS_.R.transpose() * X_BS_.p)
-                                  : Vector3d(X_BS * center - X_BS_ * center);
+  const Vector3d moved =
+      infinite ? Vector3d(X_SB.p + X_BS_.R.transpose() * X_BS_.p) : Vector3d(X_BS * center - X_BS_ * center);
   if (valid_ && moved.norm() + (X_BS.R - X_BS_.R).norm() * extent_ < margin_) return points_;
   X_BS_ = X_BS;
   valid_ = true;

@@ -38,10 +38,10 @@ struct PointSide {
   int surface_body = 0;  // S
   int first_id = 0;      // of its points, which number all bristles of a model
   Law law = Law::kField;
-  double modulus = 0.0;         // E, or the share of it that these points carry [N/m³]
-  double rho = 0.0;             // lever of the contact before the point [m]
-  double rolling_radius = 0.0;  // 0: no rolling resistance
-  ShapeField field;             // kField
+  double modulus = 0.0;                             // E, or the share of it that these points carry [N/m³]
+  double rho = 0.0;                                 // lever of the contact before the point [m]
+  double rolling_radius = 0.0;                      // 0: no rolling resistance
+  ShapeField field;                                 // kField
   std::shared_ptr<const ContactMesh> surface_mesh;  // kBallOnMesh, kSphereOnMesh
   std::shared_ptr<const ContactMesh> point_mesh;    // whose samples the points are; else `features`
   FeaturePoints features;

@@ -136,9 +136,9 @@ SphereTriangleJacobian CalcSphereTriangleJacobian(const SphereTriangleIntegrals&
   return out;
 }
 
-std::array<Eigen::Vector3d, 3> PullBackSphereTriangle(const TriangleFrame& triangle,
-                                                      const SphereTriangleIntegrals& in, const Eigen::Vector3d& c,
-                                                      double r, double bar_W, const Eigen::Vector3d& bar_g) {
+std::array<Eigen::Vector3d, 3> PullBackSphereTriangle(const TriangleFrame& triangle, const SphereTriangleIntegrals& in,
+                                                      const Eigen::Vector3d& c, double r, double bar_W,
+                                                      const Eigen::Vector3d& bar_g) {
   KNAP_CHECK(in.active, "pull-back of an inactive triangle");
   const Eigen::Vector3d& n = triangle.n;
   const double h = in.h;

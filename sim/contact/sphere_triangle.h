@@ -28,11 +28,11 @@ namespace knap {
 
 // What does not depend on the sphere, kept for every triangle of a deformed mesh.
 struct TriangleFrame {
-  std::array<Eigen::Vector3d, 3> v;         // vertices, counter-clockwise about n
-  Eigen::Vector3d n;                        // unit normal, outward of the solid
-  std::array<Eigen::Vector3d, 3> e;         // unit direction of edge k, from v[k] to v[(k+1)%3]
-  std::array<Eigen::Vector3d, 3> m;         // unit outward normal of edge k in the triangle's plane
-  std::array<double, 3> length;             // of edge k [m]
+  std::array<Eigen::Vector3d, 3> v;  // vertices, counter-clockwise about n
+  Eigen::Vector3d n;                 // unit normal, outward of the solid
+  std::array<Eigen::Vector3d, 3> e;  // unit direction of edge k, from v[k] to v[(k+1)%3]
+  std::array<Eigen::Vector3d, 3> m;  // unit outward normal of edge k in the triangle's plane
+  std::array<double, 3> length;      // of edge k [m]
 
   static TriangleFrame Make(const Eigen::Vector3d& v0, const Eigen::Vector3d& v1, const Eigen::Vector3d& v2);
 };

@@ -149,8 +149,7 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
     AddRightJacobianTransposed(tree, xi, bar_pose, &g);
     dynamics->SolveTransposed(g, &lambda);
     const double left_by_newton = lambda.dot(r);
-    rounding_squared +=
-        left_by_newton * left_by_newton + (kEps * kEps) * lambda.cwiseProduct(magnitude).squaredNorm();
+    rounding_squared += left_by_newton * left_by_newton + (kEps * kEps) * lambda.cwiseProduct(magnitude).squaredNorm();
     dynamics->PullBackResidual(lambda, &by_residual, &step_parameters);
     if (controlled) out.controls.col(controls.IntervalOfStep(step)) -= step_parameters.controls;
     step_parameters.controls.setZero();

@@ -37,17 +37,17 @@ struct StateCotangent {
 
 struct TrajectoryGradient {
   bool finite = true;
-  bool solvable = true;          // every step's matrix could be factored
+  bool solvable = true;  // every step's matrix could be factored
   // How far rounding moves the loss, to first order: every step's residual is off by what Newton left and by one unit
   // of rounding of its terms, every pose by eps · (1 m or 1 rad); the cotangents say what each is worth, and
   // independent errors add in quadrature. In the loss's unit.
   //   rounding² = Σ_k (lambda_k·r_k)² + eps² Σ_rows (lambda magnitude)² + eps² |bar_pose_k|²
   double loss_rounding = 0.0;
-  Eigen::VectorXd pose0;         // of the initial pose, tangent [per m, per rad]
-  Eigen::VectorXd v0;            // of the initial rates
+  Eigen::VectorXd pose0;  // of the initial pose, tangent [per m, per rad]
+  Eigen::VectorXd v0;     // of the initial rates
   std::vector<BodyParameterCotangent> bodies;
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
-  Eigen::MatrixXd controls;  // like Trajectory::controls.values
+  Eigen::MatrixXd controls;                // like Trajectory::controls.values
   std::vector<Eigen::Matrix3Xd> vertices;  // for each contact: of its mesh's vertices, empty without one
 };
 

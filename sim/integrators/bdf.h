@@ -20,9 +20,7 @@ struct BdfCoefficients {
   double g2 = 0.0;
 
   static BdfCoefficients Bdf1(double h) { return {h, 0.0, 1.0 / h, 1.0 / h, -1.0 / h, 0.0}; }
-  static BdfCoefficients Bdf2(double h) {
-    return {h, 1.0 / 3.0, 1.5 / h, 1.5 / h, -2.0 / h, 0.5 / h};
-  }
+  static BdfCoefficients Bdf2(double h) { return {h, 1.0 / 3.0, 1.5 / h, 1.5 / h, -2.0 / h, 0.5 / h}; }
 };
 
 }  // namespace knap

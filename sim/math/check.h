@@ -7,11 +7,10 @@
 #include <cstdio>
 #include <cstdlib>
 
-#define KNAP_CHECK(condition, ...)                                                                \
-  do {                                                                                            \
-    if (!(condition)) {                                                                           \
-      fmt::print(stderr, "{}:{}: check failed: {}: {}\n", __FILE__, __LINE__, #condition,         \
-                 fmt::format(__VA_ARGS__));                                                       \
-      std::abort();                                                                               \
-    }                                                                                             \
+#define KNAP_CHECK(condition, ...)                                                                                   \
+  do {                                                                                                               \
+    if (!(condition)) {                                                                                              \
+      fmt::print(stderr, "{}:{}: check failed: {}: {}\n", __FILE__, __LINE__, #condition, fmt::format(__VA_ARGS__)); \
+      std::abort();                                                                                                  \
+    }                                                                                                                \
   } while (false)

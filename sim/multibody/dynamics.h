@@ -38,11 +38,11 @@ struct BodyKinematics {
   Pose X_FB;
   Pose X_PB;
   Pose X_WB;
-  Vector6d V_joint = Vector6d::Zero();   // twist of B in F [B]
-  Vector6d V_carried = Vector6d::Zero(); // X V_p
-  Vector6d A_carried = Vector6d::Zero(); // X A_p
-  Vector6d V = Vector6d::Zero();         // V_WB_B
-  Vector6d A = Vector6d::Zero();         // rate of V's components, less gravity
+  Vector6d V_joint = Vector6d::Zero();    // twist of B in F [B]
+  Vector6d V_carried = Vector6d::Zero();  // X V_p
+  Vector6d A_carried = Vector6d::Zero();  // X A_p
+  Vector6d V = Vector6d::Zero();          // V_WB_B
+  Vector6d A = Vector6d::Zero();          // rate of V's components, less gravity
 };
 
 // The wrench on one body from outside, about Bo in B, and its derivatives in the body's own perturbation.
@@ -79,11 +79,11 @@ struct BodyCotangent {
 
 // Cotangents of one body's parameters.
 struct BodyParameterCotangent {
-  Vector6d placement = Vector6d::Zero();  // of X_PF: of the twist of its error, in F
+  Vector6d placement = Vector6d::Zero();           // of X_PF: of the twist of its error, in F
   Eigen::Vector3d axis = Eigen::Vector3d::Zero();  // within the plane normal to it; revolute and prismatic
   double mass = 0.0;
-  Eigen::Vector3d first_moment = Eigen::Vector3d::Zero();     // of m p_BoBcm_B
-  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();          // of I_BBo_B: symmetric, pairs as Σ inertia(i,j) dI(i,j)
+  Eigen::Vector3d first_moment = Eigen::Vector3d::Zero();  // of m p_BoBcm_B
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();       // of I_BBo_B: symmetric, pairs as Σ inertia(i,j) dI(i,j)
   JointLawCotangent law;
 };
 
@@ -181,7 +181,7 @@ class Dynamics {
   Eigen::VectorXd by_control_;  // dtau/du of each actuator
   std::vector<bool> dynamic_;
   std::vector<int> dof_;
-  std::vector<int> root_;           // of a dynamic body: the first dynamic body on its path from the world
+  std::vector<int> root_;  // of a dynamic body: the first dynamic body on its path from the world
   std::vector<Eigen::Matrix<double, 6, 3>> S_;
   std::vector<BodyKinematics> kinematics_;
   std::vector<ExternalWrench> external_;
@@ -193,11 +193,11 @@ class Dynamics {
   std::vector<Vector6d> W_;
   std::vector<BodyCotangent> bars_;
   std::vector<CrossWrench> cross_;
-  std::vector<int> slot_;           // of a body: which six rows of the coupling are its own, −1 none
-  std::vector<int> coupled_;        // the bodies with a slot, in the order of their indices
-  DenseLu coupling_;                // 1 − V J_tree⁻¹ U, 6 rows a slot
-  Eigen::VectorXd zero_;            // nv
-  Eigen::VectorXd coupling_x_;      // scratch, nv
+  std::vector<int> slot_;             // of a body: which six rows of the coupling are its own, −1 none
+  std::vector<int> coupled_;          // the bodies with a slot, in the order of their indices
+  DenseLu coupling_;                  // 1 − V J_tree⁻¹ U, 6 rows a slot
+  Eigen::VectorXd zero_;              // nv
+  Eigen::VectorXd coupling_x_;        // scratch, nv
   std::vector<Vector6d> coupling_s_;  // a slot's part of s, and of its transposed twin
 };
 

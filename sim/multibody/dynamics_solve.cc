@@ -1,6 +1,6 @@
-#include "sim/multibody/dynamics.h"
-
 #include <cmath>
+
+#include "sim/multibody/dynamics.h"
 
 namespace knap {
 
@@ -226,8 +226,8 @@ void Dynamics::CalcCoupling() {
   for (const CrossWrench& c : cross_) {
     if (!dynamic_[c.body] || !dynamic_[c.other]) continue;
     const Pose& X_RO = articulated_[c.other].X_RB;
-    const Vector6d F = c.dF_deta * ShiftTwist(X_RO, z_[c.other].head<6>()) +
-                       c.dF_dV * ShiftTwist(X_RO, z_[c.other].segment<6>(6));
+    const Vector6d F =
+        c.dF_deta * ShiftTwist(X_RO, z_[c.other].head<6>()) + c.dF_dV * ShiftTwist(X_RO, z_[c.other].segment<6>(6));
     coupling_s_[slot_[c.body]] += ShiftWrench(articulated_[c.body].X_RB, F);
   }
 }

@@ -92,8 +92,7 @@ void PullBackLaw(const JointLaw& law, int dof, const double* q, const double* v,
   }
 }
 
-void PullBackBallLaw(const JointLaw& law, const double* q, const double* v, const double* bar,
-                     JointLawCotangent* out) {
+void PullBackBallLaw(const JointLaw& law, const double* q, const double* v, const double* bar, JointLawCotangent* out) {
   const Eigen::Map<const Vector3d> bar_tau(bar);
   out->damping -= Eigen::Map<const Vector3d>(v).dot(bar_tau);
   const Quaterniond turn = CalcTurn(law, q);

@@ -58,7 +58,7 @@ struct JointForce {
 
 // Adds a law's force. `q` and `v` point to the joint's coordinates (a ball's: quaternion x, y, z, w) and rates.
 void AddDamping(const JointLaw& law, int dof, const double* v, JointForce* force);
-void AddSpring(const JointLaw& law, int dof, const double* q, JointForce* force);      // dof 1, or 3 for a translation
+void AddSpring(const JointLaw& law, int dof, const double* q, JointForce* force);  // dof 1, or 3 for a translation
 void AddBallSpring(const JointLaw& law, const double* q, JointForce* force);
 void AddLimit(const JointLimit& limit, double x, double v, JointForce* force);
 // `x` and `v` of the actuated degree of freedom. Returns dtau/du.

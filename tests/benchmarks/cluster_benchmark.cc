@@ -163,7 +163,7 @@ void MeasureEfficiency() {
   for (int i = 0; i < cores; ++i) many.push_back(MakeEngine()->Load(scenario.files));
   std::vector<double> theta;
   for (const DesignParameter& parameter : scenario.parsed.scene.design->parameters) theta.push_back(parameter.initial);
-  std::vector<double> efficiencies, limits, times;
+  std::vector<double> efficiencies, limits, shares, times;
   for (int round = -1; round < kRounds; ++round) {  // the first one fills caches and does not count
     std::vector<RolloutQuery> queries(kBatch);
     for (int i = 0; i < kBatch; ++i) {
@@ -178,14 +178,17 @@ void MeasureEfficiency() {
     if (round < 0) continue;
     efficiencies.push_back(alone_s / (cores * cluster_s));
     limits.push_back(alone_s / (cores * threads_s));
+    shares.push_back(threads_s / cluster_s);
     times.push_back(alone_s / kBatch);
   }
   const auto format_range = [](const std::vector<double>& x) {
     return fmt::format("{:.3f} (from {:.3f} to {:.3f})", CalcMedian(x), *std::min_element(x.begin(), x.end()),
                        *std::max_element(x.begin(), x.end()));
   };
-  fmt::print("efficiency  {} workers, rollouts of {:.1f} ms: {}; as many threads of one process: {}; {} rounds\n",
-             cores, 1e3 * CalcMedian(times), format_range(efficiencies), format_range(limits), kRounds);
+  fmt::print(
+      "efficiency  {} workers, rollouts of {:.1f} ms: {}; as many threads of one process: {}; the cluster over those: "
+      "{}; {} rounds\n",
+      cores, 1e3 * CalcMedian(times), format_range(efficiencies), format_range(limits), format_range(shares), kRounds);
 }
 
 void MeasureReissue() {

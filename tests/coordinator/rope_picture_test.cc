@@ -46,8 +46,8 @@ TEST(RopeView, FacesComeFromTheFarthestToTheNearest) {
   rope.thickness = 0.004;
   const Matrix3d eye = CalcEye(Vector3d(0, 0, -9.81));
   const Vector3d to_eye = eye.row(2);
-  const std::vector<ShownFace> faces = CalcShownFaces(
-      cube, {{Matrix3d::Identity(), 0.04 * to_eye}, {Matrix3d::Identity(), -0.04 * to_eye}}, rope, eye);
+  const std::vector<ShownFace> faces =
+      CalcShownFaces(cube, {{Matrix3d::Identity(), 0.04 * to_eye}, {Matrix3d::Identity(), -0.04 * to_eye}}, rope, eye);
   ASSERT_EQ(faces.size(), 2u * (2u * 4u + 1u) + 6u);
   for (std::size_t i = 0; i < faces.size(); ++i) {
     EXPECT_EQ(faces[i].of_rope, i < 9 || i >= 15) << i;
@@ -58,10 +58,10 @@ TEST(RopeView, FacesComeFromTheFarthestToTheNearest) {
 }
 
 TEST(RopePicture, HasThreeStartsAndTheirEnds) {
-  const LoadedScenario loaded = LoadValidScenario(
-      KNAP_SOURCE_DIR "/configs/winding.yaml",
-      std::vector<std::string>{"rollout.horizon=0.02 s", "loss.task[0].until=0.02 s",
-                               "loss.distillation[0].until=0.02 s"});
+  const LoadedScenario loaded =
+      LoadValidScenario(KNAP_SOURCE_DIR "/configs/winding.yaml",
+                        std::vector<std::string>{"rollout.horizon=0.02 s", "loss.task[0].until=0.02 s",
+                                                 "loss.distillation[0].until=0.02 s"});
   RolloutModel model(loaded.files);
   const Problem problem = MakeProblem(loaded.parsed.scene);
   PictureFigures figures;

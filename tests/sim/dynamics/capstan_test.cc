@@ -24,7 +24,7 @@ constexpr double kPi = 3.141592653589793238462643383279502884;
 constexpr double kGravity = 9.81;
 constexpr double kRadius = 0.04;
 constexpr double kThickness = 0.003;
-constexpr int kWrapped = 16;        // bends over half a turn
+constexpr int kWrapped = 16;         // bends over half a turn
 constexpr double kLightLoad = 0.05;  // [kg]
 
 double CalcLogRatio(double friction) { return friction * kPi * kRadius / (kRadius + 0.5 * kThickness); }
@@ -138,8 +138,7 @@ TEST_P(CapstanTest, SlidesWithThatRatioOfTensions) {
 TEST_P(CapstanTest, HoldsBelowThatRatioAndGivesWayAboveIt) {
   const double wanted = CalcLogRatio(GetParam());
   const auto creep = [&](double share) {
-    const std::vector<double> z =
-        RunRope(MakeDrapedRope(GetParam(), kLightLoad * std::exp(share * wanted)), 5e-4, 600);
+    const std::vector<double> z = RunRope(MakeDrapedRope(GetParam(), kLightLoad * std::exp(share * wanted)), 5e-4, 600);
     return z[400] - z[600];  // within the last 0.1 s
   };
   EXPECT_LT(std::abs(creep(0.95)), 5e-5);

@@ -351,10 +351,10 @@ TEST(BoxOnMesh, DroppedInAnyPoseNeverPassesThrough) {
     PairScene scene;
     const int floor = scene.AddFixed(test::MakeFloorPose(0.12));
     const double speed = 1.2 * (1.0 + u(generator));
-    const int body = scene.AddFreeBox(
-        size, 0.0015, Vector3d(0.01 * u(generator), 0.01 * u(generator), 0.017), MakeRandomTurn(&generator),
-        Vector3d(0.2 * u(generator), 0.2 * u(generator), -speed),
-        Vector3d(10 * u(generator), 10 * u(generator), 10 * u(generator)));
+    const int body =
+        scene.AddFreeBox(size, 0.0015, Vector3d(0.01 * u(generator), 0.01 * u(generator), 0.017),
+                         MakeRandomTurn(&generator), Vector3d(0.2 * u(generator), 0.2 * u(generator), -speed),
+                         Vector3d(10 * u(generator), 10 * u(generator), 10 * u(generator)));
     scene.Touch(body, box, floor, mesh, {3e8, 1.0, 0.3, 0.0, 1e-3, 2e-5});
     const Path path = RunScene(scene, body, MakeStepOptions(2e-3, 0.2));
     EXPECT_TRUE(path.certificate.converged) << trial;

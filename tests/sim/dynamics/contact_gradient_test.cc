@@ -58,8 +58,8 @@ PairScene Collide(const ContactGeometry& a, const ContactGeometry& b, double dis
   s.tree.gravity.setZero();
   const int first = s.AddFree(0.02, Vector3d(2e-6, 3e-6, 2.5e-6), Vector3d::Zero(), Turn(0.1, 0.2, -0.1),
                               Vector3d(0.1, 0.02, 0.05), Vector3d(1.0, -2.0, 0.5));
-  const int second = s.AddFree(0.03, Vector3d(3e-6, 3e-6, 2e-6), Vector3d(0.001, 0.002, distance),
-                               Turn(-0.2, 0.1, 0.3), Vector3d(-0.02, 0.05, -0.1), Vector3d(-1.0, 1.0, 2.0));
+  const int second = s.AddFree(0.03, Vector3d(3e-6, 3e-6, 2e-6), Vector3d(0.001, 0.002, distance), Turn(-0.2, 0.1, 0.3),
+                               Vector3d(-0.02, 0.05, -0.1), Vector3d(-1.0, 1.0, 2.0));
   s.Touch(first, a, second, b, material);
   return s;
 }
@@ -176,13 +176,13 @@ TEST_P(ContactGradientTest, EqualsDifferences) {
     double rate_error = pose_error;
     for (const double step : steps) {
       const VectorXd d = step * VectorXd::Unit(tree.nv(), k);
-      pose_error = std::min(pose_error, std::abs(gradient.pose0(k) -
-                                                 (run(scene, d, zero, nullptr) - run(scene, -d, zero, nullptr)) /
-                                                     (2 * step)));
+      pose_error = std::min(
+          pose_error,
+          std::abs(gradient.pose0(k) - (run(scene, d, zero, nullptr) - run(scene, -d, zero, nullptr)) / (2 * step)));
       const VectorXd dv = 100.0 * d;
-      rate_error = std::min(rate_error, std::abs(gradient.v0(k) -
-                                                 (run(scene, zero, dv, nullptr) - run(scene, zero, -dv, nullptr)) /
-                                                     (200 * step)));
+      rate_error = std::min(
+          rate_error,
+          std::abs(gradient.v0(k) - (run(scene, zero, dv, nullptr) - run(scene, zero, -dv, nullptr)) / (200 * step)));
     }
     EXPECT_LT(pose_error, 1e-5 * pose_scale) << "pose " << k;
     EXPECT_LT(rate_error, 1e-5 * rate_scale) << "rate " << k;
@@ -213,8 +213,8 @@ TEST_P(ContactGradientTest, EqualsDifferences) {
         PairScene s = scene;
         for (ContactGeometry& g : s.contacts[0].shapes) {
           if (std::holds_alternative<MeshGeometry>(g)) {
-            g = MeshGeometry{std::make_shared<ContactMesh>(
-                shape, std::make_shared<SurfaceSampling>(mesh, CalcSampleSpacing(kBox)))};
+            g = MeshGeometry{
+                std::make_shared<ContactMesh>(shape, std::make_shared<SurfaceSampling>(mesh, CalcSampleSpacing(kBox)))};
           }
         }
         return run(s, zero, zero, nullptr);

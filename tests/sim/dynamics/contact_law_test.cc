@@ -40,8 +40,8 @@ struct Patch {
     CalcSphereOnMesh(integrals, material.stiffness, kRadius, &e, &d);
     PointForceJacobian j;
     const Vector3d at_point = u + w.cross(e.l);
-    const PointForce force = CalcPointForce(material, e.N, e.N_light, e.n, at_point, Vector3d::Zero(), 0.0,
-                                            want_jacobian ? &j : nullptr);
+    const PointForce force =
+        CalcPointForce(material, e.N, e.N_light, e.n, at_point, Vector3d::Zero(), 0.0, want_jacobian ? &j : nullptr);
     const RollingMoment rolling = CalcRollingMoment(material, kRadius, force.N, e.n, w);
     SphereForce out{force.f, e.l.cross(force.f) + rolling.m};
     if (!want_jacobian) return out;

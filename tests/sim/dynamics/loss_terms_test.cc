@@ -90,8 +90,7 @@ TEST(Crossing, ShortfallIsQuadraticAtFirstAndLevelsOff) {
     EXPECT_GT(evaluate(missing), previous);
     previous = evaluate(missing);
   }
-  const BodyPath stopped =
-      MakeBallisticPath(Vector3d(0, 0.1, 0), Vector3d(0, 0.1, 0), Vector3d::Zero(), 0.1, 10);
+  const BodyPath stopped = MakeBallisticPath(Vector3d(0, 0.1, 0), Vector3d(0, 0.1, 0), Vector3d::Zero(), 0.1, 10);
   EXPECT_FALSE(FindCrossing(stopped, loss.opening));
   EXPECT_FALSE(CrossesInside(loss.opening, stopped));
 }
@@ -148,9 +147,8 @@ TEST_P(FateTest, CotangentsEqualDifferences) {
     std::vector<StateCotangent> cotangents;
     const double value = EvaluateCrossingLoss(loss, path, &cotangents);
     EXPECT_EQ(value, EvaluateCrossingLoss(loss, path, nullptr));
-    const double largest = CheckCotangents(path, cotangents, [&](const BodyPath& other) {
-      return EvaluateCrossingLoss(loss, other, nullptr);
-    });
+    const double largest = CheckCotangents(
+        path, cotangents, [&](const BodyPath& other) { return EvaluateCrossingLoss(loss, other, nullptr); });
     if (fate == Fate::kInside) {
       EXPECT_EQ(value, 0.0);
       EXPECT_TRUE(cotangents.empty());
@@ -181,8 +179,7 @@ TEST(PositionMatch, DoesNotDependOnTheStep) {
     const PositionMatchLoss loss = MakeMatch(normalize);
     const auto evaluate = [&](double step, int steps) {
       return EvaluatePositionMatch(
-          loss, step,
-          MakeBallisticPath(Vector3d(0, 1, 0), Vector3d(1, 2, 3), Vector3d(0, 0, -9.81), step, steps),
+          loss, step, MakeBallisticPath(Vector3d(0, 1, 0), Vector3d(1, 2, 3), Vector3d(0, 0, -9.81), step, steps),
           MakeBallisticPath(Vector3d(0, 0, 0.01), Vector3d(0.9, 2, 3), Vector3d(0, 0, -9.81), step, steps), nullptr);
     };
     // Differences (0.1 t, −0.01) at the 50 samples 0.02 … 1 s, in centimetres: Σ (100·0.01 t² + 1), weight 1/2.
@@ -200,9 +197,8 @@ TEST(PositionMatch, CotangentsEqualDifferencesAndSubstepsAreSkipped) {
   const BodyPath reference = MakeBallisticPath(Vector3d(0, 0, 0.02), Vector3d(0.2, 0, 0), Vector3d(1, 0, 0), 0.01, 8);
   std::vector<StateCotangent> cotangents;
   EvaluatePositionMatch(loss, 0.01, path, reference, &cotangents);
-  CheckCotangents(path, cotangents, [&](const BodyPath& other) {
-    return EvaluatePositionMatch(loss, 0.01, other, reference, nullptr);
-  });
+  CheckCotangents(path, cotangents,
+                  [&](const BodyPath& other) { return EvaluatePositionMatch(loss, 0.01, other, reference, nullptr); });
   // A cut step puts a state between whole steps; the value does not see it.
   const double whole = EvaluatePositionMatch(loss, 0.01, path, reference, nullptr);
   path.time.insert(path.time.begin() + 3, 0.025);

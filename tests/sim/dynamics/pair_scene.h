@@ -18,8 +18,7 @@ inline BoxGeometry MakeBox(const Eigen::Vector3d& size, double rounding) {
 
 // A mesh with samples for contact with `against`.
 inline MeshGeometry MakeSampledMesh(const TriangleMesh& mesh, const ContactGeometry& against) {
-  return {std::make_shared<ContactMesh>(mesh,
-                                        std::make_shared<SurfaceSampling>(mesh, CalcSampleSpacing(against)))};
+  return {std::make_shared<ContactMesh>(mesh, std::make_shared<SurfaceSampling>(mesh, CalcSampleSpacing(against)))};
 }
 
 class PairScene {

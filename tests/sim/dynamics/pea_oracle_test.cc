@@ -31,7 +31,7 @@ enum class Floor { kHalfSpace, kCoarseMesh, kFineMesh };  // on the coarse one t
 // A ball at rest height on a floor tilted by `slope` about y, so that it runs towards +x of the floor.
 struct Incline {
   BallScene scene;
-  Vector3d down;    // along the slope
+  Vector3d down;  // along the slope
   Vector3d normal;
 
   // It starts with the speed `v` down the slope and spins at `spin` in the sense of rolling down it.
@@ -121,8 +121,7 @@ TEST_P(FloorTest, SlidingTimeAndDistanceApproachTheClosedForm) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Floors, FloorTest,
-                         testing::Values(Floor::kHalfSpace, Floor::kCoarseMesh, Floor::kFineMesh));
+INSTANTIATE_TEST_SUITE_P(Floors, FloorTest, testing::Values(Floor::kHalfSpace, Floor::kCoarseMesh, Floor::kFineMesh));
 
 // ---- Incline ------------------------------------------------------------------------------------------------------
 
@@ -153,8 +152,8 @@ TEST_P(FloorTest, ABallOnAnInclineRollsBelowTheThresholdAndSlipsAbove) {
       // friction not developed is below (v_s/s)²/2 = 2e-5 at the slips reached.
       const double tolerance = 1.1 * CalcRelativeDepth(stiffness, kG * std::cos(slope)) + 3e-5;
       const bool rolls = share < 1.0;
-      const double linear = rolls ? 5.0 / 7.0 * kG * std::sin(slope)
-                                  : kG * (std::sin(slope) - kFriction * std::cos(slope));
+      const double linear =
+          rolls ? 5.0 / 7.0 * kG * std::sin(slope) : kG * (std::sin(slope) - kFriction * std::cos(slope));
       const double angular = rolls ? linear / 0.01 : 2.5 * kFriction * kG * std::cos(slope) / 0.01;
       EXPECT_NEAR(a.linear / linear, 1.0, tolerance) << share;
       EXPECT_NEAR(a.angular / angular, 1.0, tolerance) << share;
@@ -190,8 +189,8 @@ TEST_P(FloorTest, RollingResistanceHoldsBelowItsThresholdButForTheCreep) {
     // The lever changes x by d/r of itself, its creep by 1/(1 − x²) times that, and the speed by d/r once more.
     const double tolerance = 1.1 * (1.0 / (1.0 - share * share) + 1.0) * CalcRelativeDepth(1e10, kG);
     for (const double slip_speed : {1e-3, 1e-4}) {
-      const Incline incline({1e10, 0.0, kFriction, resistance, slip_speed}, slope, GetParam(),
-                            slip_speed, 100.0 * slip_speed);
+      const Incline incline({1e10, 0.0, kFriction, resistance, slip_speed}, slope, GetParam(), slip_speed,
+                            100.0 * slip_speed);
       const auto samples = RunBall(incline.scene, test::MakeOptions(1e-3, 0.5, 2));
       EXPECT_NEAR(incline.down.dot(samples.back().v) / (creep * slip_speed), 1.0, tolerance) << share;
       const double distance = incline.down.dot(samples.back().p - samples.front().p);

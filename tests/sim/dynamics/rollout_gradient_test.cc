@@ -6,8 +6,8 @@
 #include <cmath>
 #include <random>
 
-#include "sim/gradient/adjoint.h"
 #include "sim/geometry/triangle_mesh.h"
+#include "sim/gradient/adjoint.h"
 #include "tests/sim/dynamics/scenes.h"
 
 namespace knap {
@@ -48,9 +48,8 @@ struct LinearLoss {
 };
 
 // Checks d(loss)/d(initial pose, initial rates) of a tree.
-void CheckInitialState(const Tree& tree, std::vector<ContactPair> contact_list, const VectorXd& q0,
-                       const VectorXd& v0, const SimulationOptions& options, const LinearLoss& loss,
-                       double tolerance) {
+void CheckInitialState(const Tree& tree, std::vector<ContactPair> contact_list, const VectorXd& q0, const VectorXd& v0,
+                       const SimulationOptions& options, const LinearLoss& loss, double tolerance) {
   Dynamics dynamics(tree);
   ContactModel contacts(std::move(contact_list));
   Simulator simulator(&dynamics, &contacts);

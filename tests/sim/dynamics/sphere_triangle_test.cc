@@ -126,8 +126,7 @@ TEST(SphereTriangle, JacobianEqualsDifferences) {
       const auto minus = CalcSphereTriangle(test.triangle, test.c - d, kRadius);
       // Central differences: rounding 1e-12/step, truncation step² times a third derivative of order 1e2.
       EXPECT_NEAR(jacobian.dW_dc(k), (plus.W - minus.W) / (2 * step), 1e-6 * (1 + jacobian.dW_dc.norm()));
-      EXPECT_LT((jacobian.dg_dc.col(k) - (plus.g - minus.g) / (2 * step)).norm(),
-                1e-6 * (1.0 + jacobian.dg_dc.norm()));
+      EXPECT_LT((jacobian.dg_dc.col(k) - (plus.g - minus.g) / (2 * step)).norm(), 1e-6 * (1.0 + jacobian.dg_dc.norm()));
     }
   }
   EXPECT_GT(active, 100);
@@ -168,8 +167,7 @@ TEST(SphereTriangle, OnsetIsSmooth) {
   for (const double depth : {1e-3, 1e-4, 1e-5}) {
     const auto face = CalcSphereTriangle(triangle, Vector3d(1, 1, kRadius - depth), kRadius);
     EXPECT_NEAR(face.W / (depth * depth), 2.0 * std::acos(-1.0) * kRadius * kRadius, 0.01 * 628.0);
-    const auto corner =
-        CalcSphereTriangle(triangle, Vector3d(-(kRadius - depth), 0, 0) / std::sqrt(1.0), kRadius);
+    const auto corner = CalcSphereTriangle(triangle, Vector3d(-(kRadius - depth), 0, 0) / std::sqrt(1.0), kRadius);
     EXPECT_LT(corner.W, 1e3 * depth * depth);
   }
 }
