@@ -53,7 +53,8 @@ DrapedRope MakeDrapedRope(double friction, double heavy_load) {
 
   DrapedRope out;
   test::PairScene& scene = out.scene;
-  const int cylinder = scene.AddFixed({Eigen::AngleAxisd(-0.5 * kPi, Vector3d::UnitX()).toRotationMatrix(), {}});
+  const int cylinder =
+      scene.AddFixed({Eigen::AngleAxisd(-0.5 * kPi, Vector3d::UnitX()).toRotationMatrix(), Vector3d::Zero()});
   const CapsuleGeometry round{kRadius, 0.01, Vector3d::Zero()};
   const Vector3d size(pitch - 5e-4, kThickness, kThickness);
   const BoxGeometry box{0.5 * size, 5e-4, Vector3d(0.5 * pitch, 0.0, 0.0)};
