@@ -6,9 +6,7 @@ stations along x: both ends and the two ends of the middle part, where the rope 
 4s..4s+3 (from 0), in the order -y-z, +y-z, +y+z, -y+z. The spool's surface lies on the cage, so that the lengths of
 the cage's sides are those of the spool.
 """
-import pathlib
-
-from make_pusher import make_box, spread
+from box_mesh import make_box, spread, spread_between, write_obj
 
 STATIONS = [-45, -15, 15, 45]
 SIDE = [-25, 25]
@@ -16,20 +14,11 @@ CELLS_X = [5, 6, 5]  # cells between stations
 CELLS = 8  # along a side
 
 
-def write_obj(name, title, vertices, triangles):
-    lines = [f"# {title}; millimetres; made by make_spool.py"]
-    lines += [f"v {x:.10g} {y:.10g} {z:.10g}" for x, y, z in vertices]
-    lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in triangles]
-    pathlib.Path(__file__).with_name(name).write_text("\n".join(lines) + "\n")
-
-
 def main():
-    xs = [STATIONS[0]]
-    for begin, end, cells in zip(STATIONS, STATIONS[1:], CELLS_X):
-        xs += spread(begin, end, cells)[1:]
+    xs = spread_between(STATIONS, CELLS_X)
     sides = spread(*SIDE, CELLS)
-    write_obj("spool.obj", "Spool, a square prism", *make_box(xs, sides, sides))
-    write_obj("spool_cage.obj", "Cage of the spool", *make_box(STATIONS, SIDE, SIDE))
+    write_obj(__file__, "spool.obj", "Spool, a square prism", *make_box(xs, sides, sides))
+    write_obj(__file__, "spool_cage.obj", "Cage of the spool", *make_box(STATIONS, SIDE, SIDE))
 
 
 if __name__ == "__main__":

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
@@ -25,7 +24,6 @@
 namespace knap {
 namespace {
 
-namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 struct EvaluateArguments {
@@ -112,17 +110,14 @@ void PrintTests(const ParameterSpec& parameters, const std::vector<Test>& tests)
 }
 
 int RunEvaluate(const EvaluateArguments& arguments) {
-  const bool is_run = fs::is_directory(arguments.path);
-  const fs::path config = is_run ? OpenRun(arguments.path).config_path() : fs::path(arguments.path);
-  const LoadedScenario scenario = LoadValidScenario(config, arguments.overrides);
+  const RunOrScenario source(arguments.path);
+  const LoadedScenario scenario = LoadValidScenario(source.config(), arguments.overrides);
   const Scene& scene = scenario.parsed.scene;
   const Problem problem = MakeProblem(scene);
   const ParameterSpec& parameters = problem.parameters;
-  const std::string choice = !arguments.theta.empty() ? arguments.theta : is_run ? "learned" : "initial";
-  const std::vector<std::vector<double>> thetas = ChooseThetas(choice, parameters, kRandomThetaSeed, [&] {
-    if (!is_run) throw UsageError(fmt::format("--theta learned: {} is a scenario, not a run", arguments.path));
-    return ReadLearnedTheta(OpenRun(arguments.path), parameters.names.size());
-  });
+  const std::string choice = arguments.theta.empty() ? source.default_design() : arguments.theta;
+  const std::vector<std::vector<double>> thetas =
+      ChooseThetas(choice, parameters, kRandomThetaSeed, [&] { return source.ReadLearned(parameters.names.size()); });
   const int n = arguments.variations.value_or(static_cast<int>(scene.evaluation.variations));
   const std::uint64_t seed = arguments.seed.value_or(static_cast<std::uint64_t>(scene.evaluation.seed));
   std::vector<Test> tests;

@@ -96,22 +96,18 @@ void PrintSummary(const Landscape& landscape, const ParameterSpec& parameters, b
 }
 
 int RunLandscape(const LandscapeArguments& arguments) {
-  const bool is_run = fs::is_directory(arguments.path);
-  const fs::path config = is_run ? OpenRun(arguments.path).config_path() : fs::path(arguments.path);
-  const LoadedScenario scenario = LoadValidScenario(config, arguments.overrides);
+  const RunOrScenario source(arguments.path);
+  const LoadedScenario scenario = LoadValidScenario(source.config(), arguments.overrides);
   const Scene& scene = scenario.parsed.scene;
   const Problem problem = MakeProblem(scene);
   const ParameterSpec& parameters = problem.parameters;
-  const std::string choice = !arguments.theta.empty() ? arguments.theta : is_run ? "learned" : "initial";
+  const std::string choice = arguments.theta.empty() ? source.default_design() : arguments.theta;
 
   LandscapePlan plan;
   plan.x = MakeAxis(parameters, FindParameter(arguments.x, "--x", parameters), arguments.grid);
   plan.y = MakeAxis(parameters, FindParameter(arguments.y, "--y", parameters), arguments.grid);
   if (plan.x.parameter == plan.y.parameter) throw UsageError("--y: expected another parameter than --x");
-  plan.theta = ChooseTheta(choice, parameters, [&] {
-    if (!is_run) throw UsageError(fmt::format("--theta learned: {} is a scenario, not a run", arguments.path));
-    return ReadLearnedTheta(OpenRun(arguments.path), parameters.names.size());
-  });
+  plan.theta = ChooseTheta(choice, parameters, [&] { return source.ReadLearned(parameters.names.size()); });
   const ChosenVariations variations = ChooseVariations(arguments, scene, problem);
   plan.variations = variations.values;
   const std::int64_t rollouts = CalcRolloutCount(plan);

@@ -26,6 +26,23 @@ std::string FindHostName() {
   return name.data();
 }
 
+std::vector<double> ReadLearnedTheta(const RunDirectory& run, std::size_t size) {
+  if (!fs::exists(run.result_path())) {
+    throw UsageError(
+        fmt::format("{}: the run has no result.json: it did not finish; continue it with knap learn --resume {}",
+                    run.path().string(), run.path().string()));
+  }
+  try {
+    const nlohmann::json result = nlohmann::json::parse(ReadFile(run.result_path()));
+    std::vector<double> theta = result.at("theta").at("learned").get<std::vector<double>>();
+    if (theta.size() == size) return theta;
+    throw UsageError(fmt::format("{}: theta.learned has {} values; the run's config.yaml has {} parameters",
+                                 run.result_path().string(), theta.size(), size));
+  } catch (const nlohmann::json::exception& e) {
+    throw UsageError(fmt::format("{}: {}", run.result_path().string(), e.what()));
+  }
+}
+
 std::string CalcBuild() { return FormatShort(CalcSha256(ReadFile("/proc/self/exe"))); }
 
 // A folder that is not what the command line says is bad usage; a disk that refuses is not.
@@ -96,21 +113,12 @@ void WriteScenario(const LoadedScenario& scenario, const RunDirectory& run) {
   run.WriteConfig(scenario.files.at(kScenarioFileName));  // last: it says that the folder is a run
 }
 
-std::vector<double> ReadLearnedTheta(const RunDirectory& run, std::size_t size) {
-  if (!fs::exists(run.result_path())) {
-    throw UsageError(
-        fmt::format("{}: the run has no result.json: it did not finish; continue it with knap learn --resume {}",
-                    run.path().string(), run.path().string()));
-  }
-  try {
-    const nlohmann::json result = nlohmann::json::parse(ReadFile(run.result_path()));
-    std::vector<double> theta = result.at("theta").at("learned").get<std::vector<double>>();
-    if (theta.size() == size) return theta;
-    throw UsageError(fmt::format("{}: theta.learned has {} values; the run's config.yaml has {} parameters",
-                                 run.result_path().string(), theta.size(), size));
-  } catch (const nlohmann::json::exception& e) {
-    throw UsageError(fmt::format("{}: {}", run.result_path().string(), e.what()));
-  }
+RunOrScenario::RunOrScenario(const fs::path& path)
+    : path_(path), is_run_(fs::is_directory(path)), config_(is_run_ ? OpenRun(path).config_path() : path) {}
+
+std::vector<double> RunOrScenario::ReadLearned(std::size_t size) const {
+  if (!is_run_) throw UsageError(fmt::format("--theta learned: {} is a scenario, not a run", path_.string()));
+  return ReadLearnedTheta(OpenRun(path_), size);
 }
 
 RunInfo MakeRunInfo(const LoadedScenario& scenario, const std::string& config_hash) {

@@ -26,9 +26,21 @@ RunDirectory OpenRunOfThisBuild(const std::filesystem::path& path);
 // config.yaml runs on its own; throws UsageError when such a file would overwrite one of the run's own.
 void WriteScenario(const LoadedScenario& scenario, const RunDirectory& run);
 
-// theta.learned of the run's result.json; UsageError when the run has none (it did not finish) or it has not `size`
-// values.
-std::vector<double> ReadLearnedTheta(const RunDirectory& run, std::size_t size);
+// What commands on designs get by name: a run, whose design is the learned one, or a scenario file.
+class RunOrScenario {
+ public:
+  explicit RunOrScenario(const std::filesystem::path& path);
+  const std::filesystem::path& config() const { return config_; }
+  std::string default_design() const { return is_run_ ? "learned" : "initial"; }
+  // theta.learned of the run's result.json; UsageError for a scenario, and when the run has none (it did not finish) or
+  // it has not `size` values.
+  std::vector<double> ReadLearned(std::size_t size) const;
+
+ private:
+  std::filesystem::path path_;
+  bool is_run_;
+  std::filesystem::path config_;
+};
 
 // Where a run began: method and seed are in config.yaml; this tells the rest (run.json).
 RunInfo MakeRunInfo(const LoadedScenario& scenario, const std::string& config_hash);
