@@ -5,11 +5,10 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace knap {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 // The standard's transfer function, from linear light to code values of 8 bits.
 int EncodeSrgb(double linear) {
@@ -23,7 +22,7 @@ int EncodeSrgb(double linear) {
 std::string MakeColour(double x) {
   const double t = std::clamp(x, 0.0, 1.0);
   const double lightness = 0.28 + 0.66 * t;
-  const double hue = (295.0 - 190.0 * t) * kPi / 180.0;
+  const double hue = (295.0 - 190.0 * t) * std::numbers::pi / 180.0;
   const double chroma = 0.09 + 0.15 * t * (1.0 - t) + 0.05 * t;
   const Eigen::Vector3d lab(lightness, chroma * std::cos(hue), chroma * std::sin(hue));
   Eigen::Matrix3d from_lab, to_rgb;

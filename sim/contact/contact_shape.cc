@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace knap {
 
@@ -10,8 +11,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 namespace {
-
-constexpr double kPi = 3.141592653589793238462643383279502884;
 
 // The blend of smax that rounds an edge of 90° about as an arc of radius 1 does: it takes as much off the corner.
 constexpr double kBlendOfRounding = 1.5;
@@ -164,7 +163,7 @@ FeaturePoints MakeCapsuleFeatures(const CapsuleGeometry& capsule, double spacing
   for (int k = 0; k <= n; ++k) {
     const bool at_end = k == 0 || k == n;
     out.p_B.push_back(capsule.center + Vector3d(0.0, 0.0, capsule.half_length * (2.0 * k / n - 1.0)));
-    out.area.push_back(at_end ? 0.5 * (strip + kPi * capsule.radius * capsule.radius) : strip);
+    out.area.push_back(at_end ? 0.5 * (strip + std::numbers::pi * capsule.radius * capsule.radius) : strip);
   }
   return out;
 }

@@ -1,6 +1,7 @@
 #include "sim/contact/elastic_point.h"
 
 #include <cmath>
+#include <numbers>
 
 #include "sim/math/smooth_ramp.h"
 
@@ -8,10 +9,6 @@ namespace knap {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-namespace {
-constexpr double kPi = 3.141592653589793238462643383279502884;
-}
 
 bool CalcFieldPoint(const ShapeField& field, const Vector3d& c, double k, double rho, bool want_jacobian,
                     ElasticPoint* out) {
@@ -41,7 +38,7 @@ void MeshIntegrals::Add(const SphereTriangleIntegrals& part, const Vector3d& n) 
 }
 
 void CalcBallOnMesh(const MeshIntegrals& in, double k, double rho, ElasticPoint* out, IntegralJacobian* jacobian) {
-  const double a2 = std::sqrt(2.0 * in.W / kPi);
+  const double a2 = std::sqrt(2.0 * in.W / std::numbers::pi);
   const SmoothRamp depth = CalcSmoothRamp(a2 / (2.0 * rho), kOnsetDepth);
   const double g_norm = in.g.norm();
   out->n = in.g / g_norm;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numbers>
 #include <stdexcept>
 
 namespace knap {
@@ -12,7 +13,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kPi = 3.141592653589793238462643383279502884;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // The core that a shape is when it is thinned by its own radius or rounding.
@@ -43,7 +43,7 @@ FeaturePoints MakeBalls(const ContactGeometry& shape, double spacing) {
   if (const auto* box = std::get_if<BoxGeometry>(&shape)) return MakeBoxFeatures(*box, box->rounding, spacing);
   if (const auto* capsule = std::get_if<CapsuleGeometry>(&shape)) return MakeCapsuleFeatures(*capsule, spacing);
   const SphereGeometry& sphere = std::get<SphereGeometry>(shape);
-  return {{sphere.center}, {kPi * sphere.radius * sphere.radius}, sphere.radius};
+  return {{sphere.center}, {std::numbers::pi * sphere.radius * sphere.radius}, sphere.radius};
 }
 
 class SideMaker {

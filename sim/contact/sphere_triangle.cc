@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "sim/math/check.h"
 
 namespace knap {
 namespace {
-
-constexpr double kPi = 3.141592653589793238462643383279502884;
 
 // The part of one edge's line inside the disc, in the coordinates of the header.
 struct EdgeSpan {
@@ -87,7 +86,7 @@ SphereTriangleIntegrals CalcSphereTriangle(const TriangleFrame& triangle, const 
   }
   if (!foot_inside && !any_edge) return out;
 
-  double angle = foot_inside ? 2.0 * kPi : 0.0;  // Θ − Σ Δθ
+  double angle = foot_inside ? 2.0 * std::numbers::pi : 0.0;  // Θ − Σ Δθ
   double polynomial_A0 = 0.0;
   double polynomial_W = 0.0;
   for (int k = 0; k < 3; ++k) {
@@ -122,8 +121,8 @@ SphereTriangleIntegrals CalcSpherePlane(const Eigen::Vector3d& n, double h, doub
   const double a2 = r * r - h * h;
   if (a2 <= 0.0) return out;
   out.active = true;
-  out.A0 = kPi * a2;
-  out.W = 0.5 * kPi * a2 * a2;
+  out.A0 = std::numbers::pi * a2;
+  out.W = 0.5 * std::numbers::pi * a2 * a2;
   out.g = out.W * h * n;
   return out;
 }

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "tests/sim/dynamics/scenes.h"
 
@@ -15,8 +16,6 @@ namespace {
 using Eigen::Vector3d;
 using test::BallSample;
 using test::BallScene;
-
-constexpr double kPi = 3.141592653589793;
 
 // A ball thrown obliquely onto a half-space: it bounces, slips, rolls and spins about the normal.
 BallScene MakeThrow(const ContactMaterial& material) {
@@ -32,7 +31,7 @@ BallScene MakeThrow(const ContactMaterial& material) {
 double CalcElasticEnergy(const BallScene& scene, const ContactMaterial& material, const Vector3d& p) {
   const double r = scene.radius;
   const double a2 = std::max(0.0, r * r - p.z() * p.z());
-  return material.stiffness / (8.0 * r * r) * kPi * a2 * a2 * a2 / 3.0;
+  return material.stiffness / (8.0 * r * r) * std::numbers::pi * a2 * a2 * a2 / 3.0;
 }
 
 double CalcEnergy(const BallScene& scene, const ContactMaterial& material, const BallSample& s) {

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "tests/sim/dynamics/pair_scene.h"
@@ -20,14 +21,13 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kPi = 3.141592653589793238462643383279502884;
 constexpr double kGravity = 9.81;
 constexpr double kRadius = 0.04;
 constexpr double kThickness = 0.003;
 constexpr int kWrapped = 16;         // bends over half a turn
 constexpr double kLightLoad = 0.05;  // [kg]
 
-double CalcLogRatio(double friction) { return friction * kPi * kRadius / (kRadius + 0.5 * kThickness); }
+double CalcLogRatio(double friction) { return friction * std::numbers::pi * kRadius / (kRadius + 0.5 * kThickness); }
 
 struct DrapedRope {
   test::PairScene scene;
@@ -40,21 +40,21 @@ struct DrapedRope {
 DrapedRope MakeDrapedRope(double friction, double heavy_load) {
   constexpr int kHeavyLinks = 3, kLightLinks = 8;
   const double reach = kRadius + 0.5 * kThickness;
-  const double bend = kPi / kWrapped;
+  const double bend = std::numbers::pi / kWrapped;
   const double pitch = 2.0 * reach * std::tan(0.5 * bend);
   // Joints from the heavy end to the light one: each link touches at its middle.
   std::vector<Vector2d> joints;
   for (int i = kHeavyLinks; i > 0; --i) joints.emplace_back(-reach, -(i + 0.5) * pitch);
   for (int i = 0; i <= kWrapped + 1; ++i) {
-    const double angle = kPi - (i - 0.5) * bend;
+    const double angle = std::numbers::pi - (i - 0.5) * bend;
     joints.push_back(reach / std::cos(0.5 * bend) * Vector2d(std::cos(angle), std::sin(angle)));
   }
   for (int i = 1; i <= kLightLinks; ++i) joints.emplace_back(reach, -(i + 0.5) * pitch);
 
   DrapedRope out;
   test::PairScene& scene = out.scene;
-  const int cylinder =
-      scene.AddFixed({Eigen::AngleAxisd(-0.5 * kPi, Vector3d::UnitX()).toRotationMatrix(), Vector3d::Zero()});
+  const int cylinder = scene.AddFixed(
+      {Eigen::AngleAxisd(-0.5 * std::numbers::pi, Vector3d::UnitX()).toRotationMatrix(), Vector3d::Zero()});
   const CapsuleGeometry round{kRadius, 0.01, Vector3d::Zero()};
   const Vector3d size(pitch - 5e-4, kThickness, kThickness);
   const BoxGeometry box{0.5 * size, 5e-4, Vector3d(0.5 * pitch, 0.0, 0.0)};

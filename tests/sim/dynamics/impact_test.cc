@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "sim/multibody/motions.h"
 #include "tests/sim/dynamics/scenes.h"
@@ -18,7 +19,6 @@ using Eigen::Vector3d;
 using test::BallSample;
 using test::BallScene;
 
-constexpr double kPi = 3.141592653589793;
 constexpr double kFriction = 0.3;
 
 struct Impact {
@@ -37,7 +37,7 @@ Impact Collide(double stiffness, int steps_a_contact, const Vector3d& wall_veloc
               std::make_shared<ContactMesh>(test::MakeBar(0.03, 0.012, 0.03, 1, 1)));
   const double V = wall_velocity.y() - v.y();
   // Energy balance of the half-space: m V²/2 = π E r δ³/3; the contact lasts about 2.9 δ/V.
-  const double depth = std::cbrt(1.5 * scene.mass * V * V / (kPi * stiffness * scene.radius));
+  const double depth = std::cbrt(1.5 * scene.mass * V * V / (std::numbers::pi * stiffness * scene.radius));
   const double duration = 2.9 * depth / V;
   // Within one of the face's two triangles: refined faces are mesh_refinement_test.cc's.
   scene.Start(Vector3d(0.008, scene.radius + 0.1 * depth, 0.009), v, w);

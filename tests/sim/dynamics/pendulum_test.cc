@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "sim/gradient/adjoint.h"
 #include "tests/sim/dynamics/runge_kutta.h"
@@ -15,7 +16,6 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kPi = 3.141592653589793;
 constexpr double kG = 9.81;
 constexpr double kMass = 0.3;
 constexpr double kLength = 0.25;   // pivot to centre of mass
@@ -64,7 +64,7 @@ double MeasurePeriod(double amplitude, double step) {
 }
 
 TEST(Pendulum, SmallSwingsHaveTheHarmonicPeriod) {
-  const double harmonic = 2.0 * kPi / std::sqrt(kOmega2);
+  const double harmonic = 2.0 * std::numbers::pi / std::sqrt(kOmega2);
   // The period grows by amplitude²/16; BDF2 at 1 ms errs by (ω h)²/3 = 1e-5.
   EXPECT_NEAR(MeasurePeriod(0.01, 1e-3) / harmonic, 1.0, 0.01 * 0.01 / 16.0 + 3e-5);
 }

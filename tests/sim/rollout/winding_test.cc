@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include "sim/rollout/height_loss.h"
@@ -18,8 +19,6 @@ using Eigen::VectorXd;
 using test::Build;
 using test::LoadWinding;
 using test::MakeTheta;
-
-constexpr double kPi = 3.141592653589793238462643383279502884;
 
 TEST(Winding, TheRopeStartsClearOfEverySpool) {
   const RolloutModel rollout = LoadWinding({});
@@ -65,7 +64,7 @@ TEST(Winding, TheRopeIsWoundAroundTheSpool) {
     }
     before = joint;
   }
-  EXPECT_NEAR(turned / (2.0 * kPi), 1.875, 1e-3);
+  EXPECT_NEAR(turned / (2.0 * std::numbers::pi), 1.875, 1e-3);
 }
 
 TEST(Winding, GravityComesFromEverywhereAlike) {
