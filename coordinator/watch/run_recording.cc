@@ -57,8 +57,8 @@ void RunRecording::AddAssignment(std::int64_t event, const rollout_request_t& re
     return;
   }
   std::span<const double> values(partial.values.values());
-  const auto take = [&values](std::int32_t size) {
-    const std::span<const double> front = values.first(static_cast<std::size_t>(size));
+  const auto take = [&values](std::int32_t count) {
+    const std::span<const double> front = values.first(static_cast<std::size_t>(count));
     values = values.subspan(front.size());
     return front;
   };

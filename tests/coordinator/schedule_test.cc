@@ -350,7 +350,9 @@ TEST(ScheduleTest, FixedParametersNeverMove) {
     for (const BatchBox& box : recorder.boxes) {
       for (const std::size_t i : box.dimensions) EXPECT_FALSE(problem.parameters.IsFixed(i));
     }
-    if (method == LearningMethod::kOurs) EXPECT_GT(result.restarts, 0);
+    if (method == LearningMethod::kOurs) {
+      EXPECT_GT(result.restarts, 0);
+    }
   }
 }
 
