@@ -70,7 +70,7 @@ void SubtractSteps(const ParameterCotangents& loss, const ParameterCotangents& s
 }  // namespace
 
 TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<StateCotangent>& cotangents,
-                                Dynamics* dynamics, ContactModel* contacts) {
+                                Dynamics* dynamics, ContactModel* contacts, Feedback* feedback) {
   KNAP_CHECK(trajectory.certificate.converged, "adjoint of a trajectory that did not converge");
   const Tree& tree = dynamics->tree();
   const int nv = tree.nv();
@@ -101,6 +101,11 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
   out.controls.setZero(controls.values.rows(), controls.values.cols());
   dynamics->controls().setZero();
   int step = std::max(trajectory.whole_steps() - 1, 0);  // the whole step that led to state k
+  // The interval that begins next, on the way back: the last one that acted, at first.
+  int interval = feedback == nullptr || trajectory.whole_steps() == 0
+                     ? -1
+                     : (trajectory.whole_steps() - 1) / controls.steps_per_interval;
+  FeedbackCotangents by_feedback{VectorXd::Zero(nv), VectorXd::Zero(nv), {}};
   auto next = cotangents.rbegin();
   constexpr double kEps = std::numeric_limits<double>::epsilon();
   double rounding_squared = 0.0;
@@ -113,10 +118,24 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
     while (step > 0 && trajectory.state_of_step(step) >= k) --step;
     if (controlled) dynamics->controls() = controls.values.col(controls.IntervalOfStep(step));
     dynamics->CalcKinematics(q, v, vdot, trajectory.time(k));
-    if (next != cotangents.rend() && next->state == k) {
+    by_feedback.bodies.clear();
+    if (interval >= 0 && trajectory.state_of_step(interval * controls.steps_per_interval) == k) {
+      by_feedback.pose.setZero();
+      by_feedback.v.setZero();
+      feedback->PullBack({interval, k, trajectory.time(k), q, v, dynamics->kinematics()}, out.controls.col(interval),
+                         &by_feedback);
+      bar_pose += by_feedback.pose;
+      bar_v += by_feedback.v;
+      --interval;
+    }
+    const bool is_watched = next != cotangents.rend() && next->state == k;
+    if (is_watched || !by_feedback.bodies.empty()) {
       for (BodyCotangent& b : bodies) b = BodyCotangent{};
       for (; next != cotangents.rend() && next->state == k; ++next) {
         AddStateCotangent(*next, dynamics->kinematics()[next->body], &bodies[next->body]);
+      }
+      for (const StateCotangent& at : by_feedback.bodies) {
+        AddStateCotangent(at, dynamics->kinematics()[at.body], &bodies[at.body]);
       }
       dynamics->PullBackKinematics(&bodies, &by_loss, &loss_parameters);
       bar_pose += by_loss.pose;

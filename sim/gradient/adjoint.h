@@ -11,6 +11,9 @@
 //   bar_pose_k and bar_v_k before g is formed
 //   bar_parameter −= ∂(lambdaᵀ r)/∂parameter, beside what the loss itself sees of it
 //
+// Where an interval of controls u begins and a feedback law has set them, u's cotangent is whole by then, and the law
+// adds its share to bar_pose and bar_v of that state before g is formed.
+//
 // One factorisation and one pull-back a step, whatever the number of parameters. Parameters are the numbers that the
 // tree is made of (dynamics.h: ParameterCotangents) save the ends of joint limits, gains of actuators and prescribed
 // motions; mesh vertices in contact; controls; the initial state. A placement moves the contacts of all it carries,
@@ -21,19 +24,11 @@
 #include <vector>
 
 #include "sim/contact/contact_model.h"
+#include "sim/integrators/feedback.h"
 #include "sim/integrators/simulate.h"
+#include "sim/integrators/state_cotangent.h"
 
 namespace knap {
-
-// Cotangents that a loss puts on one body at one state of a trajectory.
-struct StateCotangent {
-  int state = 0;
-  int body = 0;
-  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  // of p_WBo_W
-  Eigen::Vector3d v_W = Eigen::Vector3d::Zero();  // of v_WBo_W
-  Eigen::Vector3d r_W = Eigen::Vector3d::Zero();  // of the orientation: of dr where dR_WB = [dr]× R_WB
-  Eigen::Vector3d w_W = Eigen::Vector3d::Zero();  // of w_WB_W
-};
 
 struct TrajectoryGradient {
   bool finite = true;
@@ -47,12 +42,13 @@ struct TrajectoryGradient {
   Eigen::VectorXd v0;     // of the initial rates
   std::vector<BodyParameterCotangent> bodies;
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
-  Eigen::MatrixXd controls;                // like Trajectory::controls.values
+  Eigen::MatrixXd controls;                // like Trajectory::controls.values; zero where a feedback law set them
   std::vector<Eigen::Matrix3Xd> vertices;  // for each contact: of its mesh's vertices, empty without one
 };
 
-// `cotangents` sorted by state, ascending. The trajectory must have converged.
+// `cotangents` sorted by state, ascending. The trajectory must have converged. `feedback`: the law that took part in
+// it, or null; what the sweep finds on its controls goes to the law's parameters and on into the states (feedback.h).
 TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<StateCotangent>& cotangents,
-                                Dynamics* dynamics, ContactModel* contacts);
+                                Dynamics* dynamics, ContactModel* contacts, Feedback* feedback = nullptr);
 
 }  // namespace knap

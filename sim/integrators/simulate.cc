@@ -32,12 +32,15 @@ Simulator::Simulator(Dynamics* dynamics, ContactModel* contacts) : dynamics_(dyn
 }
 
 Trajectory Simulator::Run(const VectorXd& q0, const VectorXd& v0, const SimulationOptions& options,
-                          const ControlSequence& controls) {
+                          const ControlSequence& controls, Feedback* feedback) {
   const Tree& tree = dynamics_->tree();
   KNAP_CHECK(
       controls.values.size() == 0 || (controls.values.rows() == tree.num_controls() && controls.steps_per_interval > 0),
       "controls of {} actuators, {} steps an interval; the tree has {}", controls.values.rows(),
       controls.steps_per_interval, tree.num_controls());
+  KNAP_CHECK(feedback == nullptr || controls.values.cols() * controls.steps_per_interval >= options.steps,
+             "a feedback law for {} intervals of {} steps; the simulation has {}", controls.values.cols(),
+             controls.steps_per_interval, options.steps);
   Trajectory trajectory(tree.nq(), tree.nv());
   trajectory.controls = controls;
   dynamics_->controls().setZero();
@@ -57,10 +60,10 @@ Trajectory Simulator::Run(const VectorXd& q0, const VectorXd& v0, const Simulati
   for (int n = 0; n < options.steps; n += kStepsPerBlock) {
     if (n > 0) trajectory.BeginBlock();
     if (trajectory.OutgrowsMemory()) {
-      if (!trajectory.replay_) trajectory.replay_ = MakeReplay(options, controls);
+      if (!trajectory.replay_) trajectory.replay_ = MakeReplay(options);
       trajectory.DropBlocks();
     }
-    if (!TakeSteps(n, std::min(n + kStepsPerBlock, options.steps), options, &trajectory)) {
+    if (!TakeSteps(n, std::min(n + kStepsPerBlock, options.steps), options, feedback, &trajectory)) {
       trajectory.certificate.converged = false;
       break;
     }
@@ -68,10 +71,14 @@ Trajectory Simulator::Run(const VectorXd& q0, const VectorXd& v0, const Simulati
   return trajectory;
 }
 
-bool Simulator::TakeSteps(int begin, int end, const SimulationOptions& options, Trajectory* trajectory) {
+bool Simulator::TakeSteps(int begin, int end, const SimulationOptions& options, Feedback* feedback,
+                          Trajectory* trajectory) {
   const ControlSequence& controls = trajectory->controls;
   for (int n = begin; n < end; ++n) {
     const int states_before = trajectory->size();
+    if (feedback != nullptr && n % controls.steps_per_interval == 0) {
+      AskFeedback(n / controls.steps_per_interval, feedback, trajectory);
+    }
     if (controls.values.size() > 0) dynamics_->controls() = controls.values.col(controls.IntervalOfStep(n));
     // Times are multiples of the step, not sums, so that they do not drift.
     const double time = n * options.step;
@@ -81,6 +88,15 @@ bool Simulator::TakeSteps(int begin, int end, const SimulationOptions& options, 
     if (options.progress && n % 256 == 0) options.progress(n);
   }
   return true;
+}
+
+void Simulator::AskFeedback(int interval, Feedback* feedback, Trajectory* trajectory) {
+  const int k = trajectory->size() - 1;
+  q_ = trajectory->q(k);
+  v_ = trajectory->v(k);
+  dynamics_->CalcKinematics(q_, v_, zero_, trajectory->time(k));
+  feedback->SetControls({interval, k, trajectory->time(k), q_, v_, dynamics_->kinematics()},
+                        trajectory->controls.values.col(interval));
 }
 
 Trajectory Simulator::Repeat(const Trajectory::Seed& seed, int first_step, const SimulationOptions& options,
@@ -93,11 +109,11 @@ Trajectory Simulator::Repeat(const Trajectory::Seed& seed, int first_step, const
   bristles_ = seed.bristles;
   was_active_.assign(contacts_->contacts().size(), false);
   block.last_touched_.assign(was_active_.size(), 0.0);
-  TakeSteps(first_step, std::min(first_step + kStepsPerBlock, options.steps), options, &block);
+  TakeSteps(first_step, std::min(first_step + kStepsPerBlock, options.steps), options, nullptr, &block);
   return block;
 }
 
-Trajectory::Replay Simulator::MakeReplay(const SimulationOptions& options, const ControlSequence& controls) const {
+Trajectory::Replay Simulator::MakeReplay(const SimulationOptions& options) const {
   // Of its own, so that nobody's kinematics change under them when an old state is looked at.
   struct World {
     Tree tree;
@@ -105,15 +121,15 @@ Trajectory::Replay Simulator::MakeReplay(const SimulationOptions& options, const
     ContactModel contacts;
     Simulator simulator;
     SimulationOptions options;
-    ControlSequence controls;
-    World(const Tree& t, const std::vector<ContactPair>& pairs, const SimulationOptions& o, const ControlSequence& c)
-        : tree(t), dynamics(tree), contacts(pairs), simulator(&dynamics, &contacts), options(o), controls(c) {
+    World(const Tree& t, const std::vector<ContactPair>& pairs, const SimulationOptions& o)
+        : tree(t), dynamics(tree), contacts(pairs), simulator(&dynamics, &contacts), options(o) {
       options.progress = {};
     }
   };
-  const auto world = std::make_shared<World>(dynamics_->tree(), contacts_->contacts(), options, controls);
-  return [world](const Trajectory::Seed& seed, int first_step) {
-    return world->simulator.Repeat(seed, first_step, world->options, world->controls);
+  const auto world = std::make_shared<World>(dynamics_->tree(), contacts_->contacts(), options);
+  // What a feedback law has set is among the controls: it is not asked again.
+  return [world](const Trajectory::Seed& seed, int first_step, const ControlSequence& controls) {
+    return world->simulator.Repeat(seed, first_step, world->options, controls);
   };
 }
 

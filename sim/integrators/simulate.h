@@ -13,6 +13,7 @@
 
 #include "sim/contact/contact_model.h"
 #include "sim/integrators/control_sequence.h"
+#include "sim/integrators/feedback.h"
 #include "sim/integrators/trajectory.h"
 #include "sim/multibody/dynamics.h"
 
@@ -43,9 +44,11 @@ class Simulator {
   // Both must outlive the simulator.
   Simulator(Dynamics* dynamics, ContactModel* contacts);
 
-  // From (q0, v0) at time 0. `controls` has a row for each of the tree's actuators, or no values.
+  // From (q0, v0) at time 0. `controls` has a row for each of the tree's actuators, or no values. With a feedback law
+  // (may be null) it has a column for every interval of the options' steps; the law overwrites its own rows as they
+  // come, and the trajectory keeps what acted.
   Trajectory Run(const Eigen::VectorXd& q0, const Eigen::VectorXd& v0, const SimulationOptions& options,
-                 const ControlSequence& controls = {});
+                 const ControlSequence& controls = {}, Feedback* feedback = nullptr);
 
   // Called after every accepted state with the kinematics and contact reports of that state; for books and tests.
   std::function<void(double time)> observer;
@@ -56,11 +59,13 @@ class Simulator {
   double Evaluate(double time, const BdfCoefficients& c, const Trajectory& trajectory);
   void NoteContacts(double time, Trajectory* trajectory);
   // Whole steps from `begin` to `end`, or until one fails: whether none did.
-  bool TakeSteps(int begin, int end, const SimulationOptions& options, Trajectory* trajectory);
+  bool TakeSteps(int begin, int end, const SimulationOptions& options, Feedback* feedback, Trajectory* trajectory);
+  // Lets the law set interval i's controls, which begins at the trajectory's last state.
+  void AskFeedback(int interval, Feedback* feedback, Trajectory* trajectory);
   // The block of whole steps from `first_step` on, as Run took them.
   Trajectory Repeat(const Trajectory::Seed& seed, int first_step, const SimulationOptions& options,
                     const ControlSequence& controls);
-  Trajectory::Replay MakeReplay(const SimulationOptions& options, const ControlSequence& controls) const;
+  Trajectory::Replay MakeReplay(const SimulationOptions& options) const;
 
   Dynamics* dynamics_;
   ContactModel* contacts_;

@@ -107,7 +107,7 @@ const Trajectory::Block& Trajectory::GetBlock(int k) const {
 void Trajectory::Restore(Block* block) const {
   ++replays_;
   const int index = static_cast<int>(block - blocks_.data());
-  Trajectory again = replay_(block->seed, index * kStepsPerBlock);
+  Trajectory again = replay_(block->seed, index * kStepsPerBlock, controls);
   // The seed's states lead the record; the first block has only its own.
   const int skip = index == 0 ? 0 : 2;
   Block& record = again.blocks_.front();

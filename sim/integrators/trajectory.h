@@ -40,8 +40,8 @@ class Trajectory {
     Eigen::VectorXd v_before;  // of the state before; empty for state 0
     Bristles bristles;
   };
-  // The states that a block's whole steps lead to from the seed, behind the seed's own one or two.
-  using Replay = std::function<Trajectory(const Seed& seed, int first_step)>;
+  // The states that a block's whole steps lead to from the seed under the controls, behind the seed's own one or two.
+  using Replay = std::function<Trajectory(const Seed& seed, int first_step, const ControlSequence& controls)>;
 
   Trajectory(int nq, int nv) : nq_(nq), nv_(nv), blocks_(1) {}
 
@@ -64,7 +64,7 @@ class Trajectory {
   long replays() const { return replays_; }
 
   SimulationCertificate certificate;
-  ControlSequence controls;  // that acted
+  ControlSequence controls;  // that acted, those that a feedback law set included
 
  private:
   friend class Simulator;

@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "sim/integrators/simulate.h"
+#include "sim/policy/closed_loop.h"
 #include "tests/sim/dynamics/mechanisms.h"
 #include "tests/sim/dynamics/random_tree.h"
 #include "tests/sim/dynamics/rope.h"
@@ -39,15 +40,15 @@ using Eigen::VectorXd;
 #ifdef KNAP_COUNTS_ALLOCATIONS
 
 // No allocation between the second state of a run and its last one.
-void ExpectNone(const Tree& tree, const VectorXd& q0, const ControlSequence& controls, ContactModel* contacts,
-                int runs) {
+void ExpectNone(const Tree& tree, const VectorXd& q0, const ControlSequence& controls, ContactModel* contacts, int runs,
+                Feedback* feedback = nullptr) {
   Dynamics dynamics(tree);
   Simulator simulator(&dynamics, contacts);
   SimulationOptions options;
   options.step = 2e-3;
   options.steps = 100;
   const VectorXd v0 = VectorXd::Constant(tree.nv(), 0.3);
-  for (int run = 1; run < runs; ++run) simulator.Run(q0, v0, options, controls);
+  for (int run = 1; run < runs; ++run) simulator.Run(q0, v0, options, controls, feedback);
   long before = 0;
   long after = -1;
   int states = 0;
@@ -55,7 +56,7 @@ void ExpectNone(const Tree& tree, const VectorXd& q0, const ControlSequence& con
     if (++states == 2) before = g_allocations;
     if (states == options.steps) after = g_allocations;
   };
-  const Trajectory t = simulator.Run(q0, v0, options, controls);
+  const Trajectory t = simulator.Run(q0, v0, options, controls, feedback);
   EXPECT_TRUE(t.certificate.converged);
   EXPECT_GT(before, 0);  // the counter counts
   EXPECT_EQ(after - before, 0);
@@ -69,6 +70,24 @@ TEST(NoAllocation, WithinTheStepsOfAFingerUnderControl) {
   controls.values = Eigen::MatrixXd::Constant(tree.num_controls(), 5, 0.1);
   ContactModel none({});
   ExpectNone(tree, tree.MakeDefaultPositions(), controls, &none, 1);
+}
+
+TEST(NoAllocation, WithinTheStepsOfAFingerUnderAPolicy) {
+  const Tree tree = test::MakeFinger();
+  std::vector<Observation> observations(4);
+  observations[0].kind = ObservationKind::kCoordinate;
+  observations[1].kind = ObservationKind::kRate;
+  observations[2].kind = ObservationKind::kPosition;
+  observations[2].body = tree.size() - 1;
+  std::vector<PolicyOutput> outputs;
+  for (int i = 0; i < tree.num_controls(); ++i) outputs.push_back({i, 0.0, 0.1});
+  const Network network(4, {8, 8}, tree.num_controls(), true);
+  ControlSequence controls;
+  controls.steps_per_interval = 10;
+  controls.values.setZero(tree.num_controls(), 10);
+  ClosedLoop policy(network, observations, outputs, VectorXd::Constant(network.num_weights(), 0.2), 10);
+  ContactModel none({});
+  ExpectNone(tree, tree.MakeDefaultPositions(), controls, &none, 1, &policy);
 }
 
 TEST(NoAllocation, WithinTheStepsOfAChain) {

@@ -3,6 +3,7 @@
 #include <rapidcheck.h>
 
 #include <cmath>
+#include <optional>
 #include <utility>
 
 namespace knap::test {
@@ -24,8 +25,14 @@ namespace {
 
 double Weigh(const Trajectory& t, int k) { return k == t.size() - 1 ? 1.0 : 0.4; }
 
-Trajectory Run(const World& world, const SimulationOptions& options, Dynamics* dynamics, ContactModel* contacts) {
-  Trajectory t = Simulator(dynamics, contacts).Run(world.q0, world.v0, options, world.controls);
+std::optional<ClosedLoop> MakePolicy(const World& world) {
+  return world.make_policy ? std::optional(world.make_policy(world.weights)) : std::nullopt;
+}
+
+Trajectory Run(const World& world, const SimulationOptions& options, Dynamics* dynamics, ContactModel* contacts,
+               std::optional<ClosedLoop>* policy) {
+  Feedback* feedback = policy->has_value() ? &**policy : nullptr;
+  Trajectory t = Simulator(dynamics, contacts).Run(world.q0, world.v0, options, world.controls, feedback);
   RC_PRE(t.certificate.converged && t.certificate.subdivided_steps == 0);
   return t;
 }
@@ -36,8 +43,9 @@ double WorldLoss::Evaluate(const World& world) const {
   const Tree tree = world.MakeTree();
   Dynamics dynamics(tree);
   ContactModel contacts = world.MakeContacts();
-  const Trajectory t = Run(world, options, &dynamics, &contacts);
-  double sum = 0.0;
+  std::optional<ClosedLoop> policy = MakePolicy(world);
+  const Trajectory t = Run(world, options, &dynamics, &contacts, &policy);
+  double sum = policy ? 0.5 * policy->commands().squaredNorm() : 0.0;
   for (const int k : {t.size() / 2, t.size() - 1}) {
     dynamics.CalcKinematics(t.q(k), t.v(k), t.vdot(k), t.time(k));
     for (int i = 0; i < tree.size(); ++i) {
@@ -50,11 +58,12 @@ double WorldLoss::Evaluate(const World& world) const {
   return sum;
 }
 
-TrajectoryGradient WorldLoss::Sweep(const World& world) const {
+TrajectoryGradient WorldLoss::Sweep(const World& world, VectorXd* bar_weights) const {
   const Tree tree = world.MakeTree();
   Dynamics dynamics(tree);
   ContactModel contacts = world.MakeContacts();
-  const Trajectory t = Run(world, options, &dynamics, &contacts);
+  std::optional<ClosedLoop> policy = MakePolicy(world);
+  const Trajectory t = Run(world, options, &dynamics, &contacts, &policy);
   std::vector<StateCotangent> cotangents;
   for (const int k : {t.size() / 2, t.size() - 1}) {
     dynamics.CalcKinematics(t.q(k), t.v(k), t.vdot(k), t.time(k));
@@ -64,7 +73,11 @@ TrajectoryGradient WorldLoss::Sweep(const World& world) const {
       cotangents.push_back({k, i, w * (a[i] + X.p), w * b[i], w * X.R.col(0).cross(c[i]), w * d[i]});
     }
   }
-  return SweepAdjoint(t, cotangents, &dynamics, &contacts);
+  if (!policy) return SweepAdjoint(t, cotangents, &dynamics, &contacts);
+  policy->BeginSweep(policy->commands());
+  TrajectoryGradient gradient = SweepAdjoint(t, cotangents, &dynamics, &contacts, &*policy);
+  *bar_weights = policy->bar_weights();
+  return gradient;
 }
 
 std::vector<WorldDirection> MakeDirections(RandomTree* random, const World& world, const TrajectoryGradient& g) {
@@ -153,6 +166,8 @@ WorldCase MakeWorldCase(RandomTree* random) {
                random->tree.gravity,
                random->q,
                random->Values(random->tree.nv(), 1.0),
+               {},
+               {},
                {},
                {},
                {}};

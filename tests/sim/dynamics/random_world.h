@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "sim/gradient/adjoint.h"
+#include "sim/policy/closed_loop.h"
 #include "tests/sim/dynamics/random_tree.h"
 
 namespace knap::test {
@@ -30,19 +31,24 @@ struct World {
     std::shared_ptr<const SurfaceSampling> sampling;
   };
   std::vector<ContactMeshOf> meshes;
+  // A closed-loop policy that takes the place of some controls; empty: none.
+  std::function<ClosedLoop(const Eigen::VectorXd& weights)> make_policy;
+  Eigen::VectorXd weights;
 
   Tree MakeTree() const { return RandomTree::Rebuild(bodies, actuators, gravity); }
   ContactModel MakeContacts() const;
 };
 
 // Of each body, halfway and at the end: a linear function of position, velocity, orientation and angular velocity, and
-// the square of the position. A world whose trajectory fails or needs smaller steps is none to compare: RC_PRE.
+// the square of the position; of a policy's commands: half the sum of their squares. A world whose trajectory fails or
+// needs smaller steps is none to compare: RC_PRE.
 struct WorldLoss {
   std::vector<Eigen::Vector3d> a, b, c, d;
   SimulationOptions options;
 
   double Evaluate(const World& world) const;
-  TrajectoryGradient Sweep(const World& world) const;
+  // `bar_weights`: of the world's policy, null where it has none.
+  TrajectoryGradient Sweep(const World& world, Eigen::VectorXd* bar_weights = nullptr) const;
 };
 
 // One way of changing a world, and the slope that the adjoint predicts for it.

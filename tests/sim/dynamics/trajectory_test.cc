@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 
 #include "sim/gradient/adjoint.h"
 #include "sim/integrators/simulate.h"
+#include "sim/policy/closed_loop.h"
 #include "tests/sim/dynamics/mechanisms.h"
 #include "tests/sim/dynamics/rope.h"
 
@@ -19,20 +21,23 @@ using Eigen::VectorXd;
 struct Recorded {
   Trajectory trajectory;
   TrajectoryGradient gradient;
+  VectorXd bar_weights;  // of the policy, if there is one
 };
 
 Recorded Record(const Tree& tree, const std::vector<ContactPair>& pairs, const VectorXd& q0,
-                const ControlSequence& controls, const SimulationOptions& options) {
+                const ControlSequence& controls, std::optional<ClosedLoop> policy, const SimulationOptions& options) {
   Dynamics dynamics(tree);
   ContactModel contacts(pairs);
-  Trajectory t = Simulator(&dynamics, &contacts).Run(q0, VectorXd::Constant(tree.nv(), 0.3), options, controls);
+  Feedback* feedback = policy ? &*policy : nullptr;
+  Trajectory t =
+      Simulator(&dynamics, &contacts).Run(q0, VectorXd::Constant(tree.nv(), 0.3), options, controls, feedback);
   EXPECT_TRUE(t.certificate.converged);
   std::vector<StateCotangent> cotangents;
   for (int n = 50; n <= t.whole_steps(); n += 50) {
     cotangents.push_back({t.state_of_step(n), tree.size() - 1, Vector3d(0.3, -0.8, 0.5), Vector3d(0.1, 0.2, 0.0)});
   }
-  TrajectoryGradient gradient = SweepAdjoint(t, cotangents, &dynamics, &contacts);
-  return {std::move(t), std::move(gradient)};
+  TrajectoryGradient gradient = SweepAdjoint(t, cotangents, &dynamics, &contacts, feedback);
+  return {std::move(t), std::move(gradient), policy ? policy->bar_weights() : VectorXd()};
 }
 
 void ExpectSameStates(const Trajectory& a, const Trajectory& b, int k) {
@@ -49,17 +54,19 @@ void ExpectSameStates(const Trajectory& a, const Trajectory& b, int k) {
 
 // More than five blocks, of which a trajectory without memory keeps three. Returns how many steps were cut.
 int ExpectTheSameWithoutMemory(const Tree& tree, const std::vector<ContactPair>& pairs, const VectorXd& q0,
-                               const ControlSequence& controls, SimulationOptions options) {
+                               const ControlSequence& controls, SimulationOptions options,
+                               const std::optional<ClosedLoop>& policy = {}) {
   options.steps = 5 * kStepsPerBlock + 17;
-  const Recorded whole = Record(tree, pairs, q0, controls, options);
+  const Recorded whole = Record(tree, pairs, q0, controls, policy, options);
   EXPECT_EQ(whole.trajectory.replays(), 0);
   options.memory = 0;
-  const Recorded bare = Record(tree, pairs, q0, controls, options);
+  const Recorded bare = Record(tree, pairs, q0, controls, policy, options);
   EXPECT_EQ(bare.trajectory.replays(), 3);  // the sweep met its last three blocks as they were left
   EXPECT_EQ(whole.gradient.pose0, bare.gradient.pose0);
   EXPECT_EQ(whole.gradient.v0, bare.gradient.v0);
   EXPECT_EQ(whole.gradient.controls, bare.gradient.controls);
   EXPECT_EQ(whole.gradient.loss_rounding, bare.gradient.loss_rounding);
+  EXPECT_EQ(whole.bar_weights, bare.bar_weights);
   EXPECT_GT(whole.gradient.v0.norm(), 0.0);
   const int states = whole.trajectory.size();
   EXPECT_EQ(bare.trajectory.size(), states);
@@ -85,6 +92,32 @@ TEST(Trajectory, AFingerComesBackUnderItsControls) {
   SimulationOptions options;
   options.step = 2e-3;
   ExpectTheSameWithoutMemory(tree, {}, tree.MakeDefaultPositions(), controls, options);
+}
+
+// Blocks begin within intervals, whose controls the policy set from states of the block before.
+TEST(Trajectory, AFingerComesBackUnderItsPolicy) {
+  const Tree tree = test::MakeFinger();
+  std::vector<Observation> observations;
+  std::vector<PolicyOutput> outputs;
+  for (const TreeBody& body : tree.bodies()) {
+    if (CountDof(body.joint) != 1) continue;
+    Observation o;
+    o.kind = ObservationKind::kCoordinate;
+    o.index = body.q_start;
+    o.rate = body.v_start;
+    observations.push_back(o);
+  }
+  for (int i = 0; i < tree.num_controls(); ++i) outputs.push_back({i, 0.0, 0.5});
+  const Network network(static_cast<int>(observations.size()), {6}, tree.num_controls(), true);
+  ControlSequence controls;
+  controls.steps_per_interval = 20;
+  controls.values.setZero(tree.num_controls(), 5 * kStepsPerBlock / 20 + 1);
+  VectorXd weights(network.num_weights());
+  for (int i = 0; i < weights.size(); ++i) weights(i) = std::sin(1.0 + 0.7 * i);
+  const ClosedLoop policy(network, observations, outputs, weights, static_cast<int>(controls.values.cols()));
+  SimulationOptions options;
+  options.step = 2e-3;
+  ExpectTheSameWithoutMemory(tree, {}, tree.MakeDefaultPositions(), controls, options, policy);
 }
 
 // Steps that had to be cut make a block longer than its whole steps.

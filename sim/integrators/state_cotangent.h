@@ -1,0 +1,17 @@
+// Cotangents of one body's motion at one state of a trajectory: how losses and observations speak to the adjoint.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace knap {
+
+struct StateCotangent {
+  int state = 0;
+  int body = 0;
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  // of p_WBo_W
+  Eigen::Vector3d v_W = Eigen::Vector3d::Zero();  // of v_WBo_W
+  Eigen::Vector3d r_W = Eigen::Vector3d::Zero();  // of the orientation: of dr where dR_WB = [dr]× R_WB
+  Eigen::Vector3d w_W = Eigen::Vector3d::Zero();  // of w_WB_W
+};
+
+}  // namespace knap

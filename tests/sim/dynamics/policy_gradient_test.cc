@@ -1,0 +1,188 @@
+// The gradient of closed-loop rollouts: random trees under a random network that sees every kind of observation, in
+// free motion and touching a floor. All kinds of parameter are compared with differences, so the way through the state
+// at the start of each interval (what the policy sees of it) is in every one of them; the weights too.
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tests/sim/dynamics/random_world.h"
+
+namespace knap {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using test::MakeDirections;
+using test::MakeWorldCase;
+using test::RandomTree;
+using test::WorldCase;
+using test::WorldDirection;
+
+std::vector<Observation> MakeObservations(RandomTree* random) {
+  const int n = random->tree.size();
+  std::vector<Observation> observations;
+  for (const TreeBody& body : random->tree.bodies()) {
+    if (CountDof(body.joint) != 1) continue;
+    Observation o;
+    o.kind = ObservationKind::kCoordinate;
+    o.index = body.q_start;
+    o.rate = body.v_start;
+    observations.push_back(o);
+    o.kind = ObservationKind::kRate;
+    o.index = body.v_start;
+    observations.push_back(o);
+  }
+  for (const ObservationKind kind :
+       {ObservationKind::kPosition, ObservationKind::kPosition, ObservationKind::kVelocity, ObservationKind::kDirection,
+        ObservationKind::kAngularVelocity, ObservationKind::kTime, ObservationKind::kConstant}) {
+    Observation o;
+    o.kind = kind;
+    o.body = random->Pick(n);
+    const bool relative = kind == ObservationKind::kPosition || kind == ObservationKind::kDirection;
+    o.in = relative ? random->Pick(n + 1) - 1 : -1;
+    o.point = random->Vec();
+    o.axis = random->Vec().normalized();
+    o.of_axis = random->Vec().normalized();
+    o.constant = random->U();
+    observations.push_back(o);
+  }
+  for (Observation& o : observations) {
+    o.offset = random->U();
+    o.scale = 1.5 + random->U();
+  }
+  return observations;
+}
+
+// Drives all force actuators but the first of the tree, whose controls stay open loop; false: the tree has no two.
+bool AddPolicy(RandomTree* random, WorldCase* at) {
+  std::vector<PolicyOutput> outputs;
+  for (int a = 1; a < random->tree.num_controls(); ++a) outputs.push_back({a, 0.1 * random->U(), 0.5});
+  if (outputs.empty()) return false;
+  const std::vector<Observation> observations = MakeObservations(random);
+  const Network network(static_cast<int>(observations.size()), {3, 2}, static_cast<int>(outputs.size()),
+                        random->Pick(2) == 0);
+  ControlSequence& controls = at->world.controls;
+  controls.values = Eigen::MatrixXd::NullaryExpr(random->tree.num_controls(), 4, [&] { return 0.9 * random->U(); });
+  at->world.weights = random->Values(network.num_weights(), 1.0);
+  at->world.make_policy = [=](const VectorXd& weights) {
+    return ClosedLoop(network, observations, outputs, weights, 4);
+  };
+  return true;
+}
+
+// A tilted floor under a ball on a body, in touch at the start.
+void AddFloor(RandomTree* random, WorldCase* at) {
+  const Tree tree = at->world.MakeTree();
+  Dynamics dynamics(tree);
+  dynamics.CalcKinematics(at->world.q0, at->world.v0, VectorXd::Zero(tree.nv()), 0.0);
+  ContactPair pair;
+  pair.bodies = {random->Pick(tree.size()), tree.size()};
+  pair.shapes = {SphereGeometry{0.4, Vector3d::Zero()}, HalfSpaceGeometry{}};
+  pair.material = {60.0, 0.3, 0.5, 0.05, 0.3, 0.05};
+  TreeBody floor;
+  const Eigen::Matrix3d R = ExpSo3(3.0 * random->Vec()).toRotationMatrix();
+  floor.X_PF = {R, dynamics.kinematics()[pair.bodies[0]].X_WB.p - 0.3 * R.col(2)};
+  at->world.bodies.push_back(floor);
+  at->world.contacts.push_back(pair);
+  for (auto* list : {&at->loss.a, &at->loss.b, &at->loss.c, &at->loss.d}) list->push_back(Vector3d::Zero());
+}
+
+// The largest error of any slope, relative to the largest slope, over the given steps of five-point or plain central
+// differences. Counts the kinds that were compared.
+void Compare(RandomTree* random, const WorldCase& at, const std::vector<double>& steps, bool five_point,
+             double tolerance, std::map<std::string, int>* compared) {
+  VectorXd bar_weights;
+  const TrajectoryGradient g = at.loss.Sweep(at.world, &bar_weights);
+  RC_ASSERT(g.finite && g.solvable);
+  // What a policy sets is nobody else's.
+  RC_ASSERT(g.controls.bottomRows(g.controls.rows() - 1).isZero(0.0));
+  std::vector<WorldDirection> directions = MakeDirections(random, at.world, g);
+  const VectorXd dw = random->Values(static_cast<int>(at.world.weights.size()), 1.0).normalized();
+  directions.push_back({"weights",
+                        [dw](const test::World& from, double s) {
+                          test::World moved = from;
+                          moved.weights += s * dw;
+                          return moved;
+                        },
+                        bar_weights.dot(dw)});
+  double largest = 0.0;
+  for (const WorldDirection& d : directions) largest = std::max(largest, std::abs(d.slope));
+  for (const WorldDirection& d : directions) {
+    const auto loss = [&](double s) { return at.loss.Evaluate(d.move(at.world, s)); };
+    double error = std::numeric_limits<double>::infinity();
+    for (const double h : steps) {
+      const double near = loss(h) - loss(-h);
+      const double slope = five_point ? (8.0 * near - (loss(2.0 * h) - loss(-2.0 * h))) / (12.0 * h) : near / (2.0 * h);
+      error = std::min(error, std::abs(slope - d.slope));
+      if (error < 0.01 * tolerance * largest) break;
+    }
+    if (error > tolerance * largest) RC_FAIL(d.kind + ": error " + std::to_string(error / largest));
+    if (std::abs(d.slope) > 1e-4 * largest) ++(*compared)[d.kind];
+  }
+}
+
+void ExpectCompared(const std::map<std::string, int>& compared) {
+  for (const char* kind : {"initial pose", "initial rates", "gravity", "placement", "mass", "damping", "weights"}) {
+    EXPECT_GE(compared.count(kind) == 0 ? 0 : compared.at(kind), 5) << kind;
+  }
+}
+
+TEST(PolicyGradient, EqualsDifferencesForEveryKindOfParameter) {
+  std::map<std::string, int> compared;
+  EXPECT_TRUE(rc::check("gradients equal differences", [&] {
+    RandomTree random(*rc::gen::arbitrary<std::uint64_t>());
+    WorldCase at = MakeWorldCase(&random);
+    RC_PRE(AddPolicy(&random, &at));
+    Compare(&random, at, {4e-3, 2e-3, 1e-3, 5e-4}, true, 1e-7, &compared);
+  }));
+  ExpectCompared(compared);
+  EXPECT_GE(compared["force control"] + compared["position control"], 5);
+}
+
+TEST(PolicyGradient, EqualsDifferencesWhileTouching) {
+  std::map<std::string, int> compared;
+  EXPECT_TRUE(rc::check("gradients equal differences", [&] {
+    RandomTree random(*rc::gen::arbitrary<std::uint64_t>());
+    WorldCase at = MakeWorldCase(&random);
+    RC_PRE(AddPolicy(&random, &at));
+    AddFloor(&random, &at);
+    test::World apart = at.world;
+    apart.contacts.clear();
+    RC_PRE(std::abs(at.loss.Evaluate(at.world) - at.loss.Evaluate(apart)) > 1e-3);
+    Compare(&random, at, {1e-4, 1e-5, 1e-6, 1e-7}, false, 1e-5, &compared);
+  }));
+  ExpectCompared(compared);
+}
+
+// Without the way through the state the gradient is another one: the test above could not pass with zeros there.
+TEST(PolicyGradient, TheWayThroughTheStateMatters) {
+  int seen = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    RandomTree random(seed);
+    WorldCase at = MakeWorldCase(&random);
+    if (!AddPolicy(&random, &at)) continue;
+    VectorXd bar_weights;
+    const TrajectoryGradient closed = at.loss.Sweep(at.world, &bar_weights);
+    // The same motion with the same controls, but none of them asks the state.
+    test::World open = at.world;
+    const Tree tree = open.MakeTree();
+    Dynamics dynamics(tree);
+    ContactModel contacts = open.MakeContacts();
+    ClosedLoop policy = open.make_policy(open.weights);
+    open.controls =
+        Simulator(&dynamics, &contacts).Run(open.q0, open.v0, at.loss.options, open.controls, &policy).controls;
+    open.make_policy = {};
+    const TrajectoryGradient held = at.loss.Sweep(open);
+    if ((closed.v0 - held.v0).norm() > 1e-3 * held.v0.norm()) ++seen;
+  }
+  EXPECT_GE(seen, 10);
+}
+
+}  // namespace
+}  // namespace knap
