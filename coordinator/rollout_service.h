@@ -12,7 +12,7 @@ namespace knap {
 
 // What is asked of one rollout. All numbers are SI. Two queries with the same bits have the same answer.
 struct RolloutQuery {
-  std::vector<double> theta;            // the d values that are decided on: design parameters, then controls
+  std::vector<double> theta;            // the d values that are decided on: design, then controls or weights
   std::vector<double> theta_reference;  // empty: task loss; d values: distillation loss against the trajectory at these
   std::vector<double> variation;        // one value for each varied key of the scenario
   bool gradient = true;                 // false: loss and success alone, the answer's gradient stays empty

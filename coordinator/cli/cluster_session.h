@@ -40,7 +40,7 @@ EngineIdentity FindEngineIdentity(const std::string& name);
 class ClusterSession {
  public:
   // engine: what the workers have to be, FindEngineIdentity(options.engine). `scenario`: file name → bytes, as
-  // LoadScenario gives them. `controls`: how many of every query's last values are open-loop controls. Starts own
+  // LoadScenario gives them. `controls`: how many of every query's last values are controls or weights. Starts own
   // workers at once. Throws std::invalid_argument for a URL that is none, std::runtime_error with one line when the
   // network, the key or the workers' program fail.
   ClusterSession(const ClusterOptions& options, const EngineIdentity& engine,

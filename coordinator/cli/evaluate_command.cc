@@ -113,7 +113,7 @@ int RunEvaluate(const EvaluateArguments& arguments) {
   const RunOrScenario source(arguments.path);
   const LoadedScenario scenario = LoadValidScenario(source.config(), arguments.overrides);
   const Scene& scene = scenario.parsed.scene;
-  const Problem problem = MakeProblem(scene);
+  const Problem problem = MakeProblem(scene, scenario.files);
   const ParameterSpec& parameters = problem.parameters;
   const std::string choice = arguments.theta.empty() ? source.default_design() : arguments.theta;
   const std::vector<std::vector<double>> thetas =

@@ -37,7 +37,7 @@ int RunGradcheck(const GradcheckFlags& flags) {
   GradientCheckOptions check = flags.check;
   check.tolerance = flags.tolerance.value_or(demand.tolerance);
   check.flagged = demand.flagged;
-  const Problem problem = MakeProblem(scenario.parsed.scene);
+  const Problem problem = MakeProblem(scenario.parsed.scene, scenario.files);
   ClusterSession session(flags.cluster, FindEngineIdentity(flags.cluster.engine), scenario.files,
                          problem.parameters.controls);
 

@@ -69,7 +69,7 @@ RunDirectory MakeRun(const LearnArguments& arguments, const PreparedScenario& pr
   RunDirectory run =
       arguments.out.empty() ? RunDirectory::CreateNamed("runs", info.scenario, info.started) : CreateRun(arguments.out);
   run.WriteRunInfo(info);
-  WriteTools(prepared.model->design(), prepared.problem.parameters.initial, run.tool_path(), "initial");
+  WriteTools(*prepared.model, prepared.problem.parameters.initial, run, "initial");
   WriteScenario(prepared.scenario, run);
   return run;
 }
@@ -91,6 +91,7 @@ void PrintSummary(const Scene& scene, const ResultDocument& document, const RunD
     fmt::print(stderr, "  tool      {} (millimetres, ready to print)\n",
                (run.tool_path() / (scene.design->bodies.size() == 1 ? "learned.stl" : "learned_*.stl")).string());
   }
+  if (scene.policy) fmt::print(stderr, "  policy    {}\n", (run.policy_path() / "learned.txt").string());
   if (has_picture) fmt::print(stderr, "  picture   {} (open it in a browser)\n", (run.path() / "picture.svg").string());
   fmt::print(stderr, "  figures   {}, metrics.csv and more beside it\n", run.result_path().string());
 }
@@ -167,7 +168,7 @@ int RunLearn(const LearnArguments& arguments) {
     recorder.RecordEvent("failed", {{"error", e.what()}});
     throw;
   }
-  WriteTools(prepared.model->design(), document.learned, run.tool_path(), "learned");
+  WriteTools(*prepared.model, document.learned, run, "learned");
   const bool has_picture = WritePicture(prepared, document, run, &recorder);
   run.WriteResult(document);
   recorder.RecordEvent("done", {{"wall_s", document.wall_s}});

@@ -11,6 +11,8 @@
 #include "coordinator/run_directory/durable_file.h"
 #include "lcmtypes/wire/scenario_bundle.h"
 #include "sim/geometry/mesh_io.h"
+#include "sim/policy/weights_file.h"
+#include "sim/rollout/build_policy.h"
 
 namespace knap {
 
@@ -20,7 +22,7 @@ PreparedScenario PrepareScenario(const fs::path& config, std::span<const std::st
   PreparedScenario prepared;
   prepared.scenario = LoadValidScenario(config, overrides);
   try {
-    prepared.problem = MakeProblem(prepared.scenario.parsed.scene);
+    prepared.problem = MakeProblem(prepared.scenario.parsed.scene, prepared.scenario.files);
     prepared.options = MakeLearningOptions(prepared.scenario.parsed.scene);
     prepared.model = std::make_unique<RolloutModel>(prepared.scenario.files);
   } catch (const std::exception& e) {
@@ -46,14 +48,22 @@ Journal::Opened OpenRunJournal(const RunDirectory& run, const RunIdentity& ident
   throw UsageError(e.what());  // not the journal of this run
 }
 
-void WriteTools(const std::optional<SceneDesign>& design, const std::vector<double>& theta, const fs::path& folder,
+void WriteTools(const RolloutModel& model, const std::vector<double>& theta, const RunDirectory& run,
                 const std::string& name) {
-  if (!design) return;
-  fs::create_directories(folder);
-  const Eigen::Map<const Eigen::VectorXd> values(theta.data(), design->num_parameters());
-  for (const std::string& body : design->bodies()) {
-    const std::string file = design->bodies().size() == 1 ? name + ".stl" : name + "_" + body + ".stl";
-    WriteFileAtomically(folder / file, WriteStl(design->Find(body)->CalcMesh(values)));
+  const Eigen::Map<const Eigen::VectorXd> values(theta.data(), static_cast<Eigen::Index>(theta.size()));
+  if (const std::optional<SceneDesign>& design = model.design()) {
+    fs::create_directories(run.tool_path());
+    for (const std::string& body : design->bodies()) {
+      const std::string file = design->bodies().size() == 1 ? name + ".stl" : name + "_" + body + ".stl";
+      const Eigen::VectorXd of_design = values.head(design->num_parameters());
+      WriteFileAtomically(run.tool_path() / file, WriteStl(design->Find(body)->CalcMesh(of_design)));
+    }
+  }
+  if (model.scene().policy) {
+    fs::create_directories(run.policy_path());
+    const std::string remark = fmt::format("{} weights of scenario {}", name, model.scene().name);
+    WriteFileAtomically(run.policy_path() / (name + ".txt"),
+                        FormatWeights(values.tail(CountWeights(model.scene())), remark));
   }
 }
 

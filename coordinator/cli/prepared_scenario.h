@@ -36,9 +36,11 @@ RunIdentity MakeRunIdentity(const RunInfo& info, const EngineIdentity& engine);
 // is another run's, std::system_error when the disk refuses.
 Journal::Opened OpenRunJournal(const RunDirectory& run, const RunIdentity& identity);
 
-// The designed meshes at theta (controls may follow), each in its body's frame, as STL in millimetres: NAME.stl where
-// there is one, else NAME_BODY.stl; nothing for a scenario that designs none.
-void WriteTools(const std::optional<SceneDesign>& design, const std::vector<double>& theta,
-                const std::filesystem::path& folder, const std::string& name);
+// What theta means, beside the run's own files:
+// - the designed meshes, each in its body's frame, as STL in millimetres: tool/NAME.stl where there is one, else
+//   tool/NAME_BODY.stl; nothing for a scenario that designs none;
+// - a policy's weights as a file that a scenario may start from, policy/NAME.txt; nothing without a policy.
+void WriteTools(const RolloutModel& model, const std::vector<double>& theta, const RunDirectory& run,
+                const std::string& name);
 
 }  // namespace knap

@@ -8,6 +8,8 @@
 #include <variant>
 #include <vector>
 
+#include "coordinator/cli/initial_weights.h"
+#include "sim/rollout/build_policy.h"
 #include "sim/rollout/control_commands.h"
 
 namespace knap {
@@ -29,12 +31,24 @@ UniformDraw MakeDraw(const UniformDistribution& uniform) { return {uniform.lower
 
 NormalDraw MakeDraw(const NormalDistribution& normal) { return {normal.mean, normal.std, normal.truncate_at}; }
 
+// As many as MakeProblem names.
+std::size_t CountParameters(const Scene& scene) {
+  const std::size_t design = scene.design ? scene.design->parameters.size() : 0;
+  return design + static_cast<std::size_t>(CountControls(scene) + CountWeights(scene));
+}
+
+void RequireParameters(const Scene& scene) {
+  if (HasParameters(scene)) return;
+  throw std::invalid_argument(
+      "design: the scenario has no design parameters, controls or policy: there is nothing to learn");
+}
+
 }  // namespace
 
-Problem MakeProblem(const Scene& scene) {
-  if (!scene.design && !scene.controls) {
-    throw std::invalid_argument("design: the scenario has no design parameters or controls: there is nothing to learn");
-  }
+bool HasParameters(const Scene& scene) { return scene.design || scene.IsDriven(); }
+
+Problem MakeProblem(const Scene& scene, const std::map<std::string, std::string>& files) {
+  RequireParameters(scene);
   const auto is_fixed = [&](LearnedPart part) {
     const std::vector<LearnedPart>& moving = scene.learning.optimize;
     return std::find(moving.begin(), moving.end(), part) == moving.end();
@@ -56,13 +70,22 @@ Problem MakeProblem(const Scene& scene) {
   }
   if (scene.controls) {
     const Controls& controls = *scene.controls;
-    for (int i = 0; i < CountIntervals(controls, scene.rollout); ++i) {
+    for (int i = 0; i < CountIntervals(controls.interval, scene.rollout); ++i) {
       for (const std::string& actuator : controls.actuators) {
         add(fmt::format("control[{}][{}]", i, actuator), controls.lower, controls.upper, controls.initial,
             is_fixed(LearnedPart::kControl));
         spec.units.push_back("");
         ++spec.controls;
       }
+    }
+  }
+  if (scene.policy) {
+    const std::vector<double> weights = MakeInitialWeights(*scene.policy, files);
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+      add(fmt::format("policy[{}]", i), scene.policy->lower, scene.policy->upper, weights[i],
+          is_fixed(LearnedPart::kPolicy));
+      spec.units.push_back("");
+      ++spec.controls;
     }
   }
   for (const Variation& variation : scene.variation) {
@@ -89,8 +112,8 @@ LearningOptions MakeLearningOptions(const Scene& scene) {
   options.max_evaluations = static_cast<int>(learning.max_evaluations);
   if (learning.rollout_budget > 0) options.rollout_budget = learning.rollout_budget;
   options.seed = static_cast<std::uint64_t>(learning.seed);
-  const ParameterSpec parameters = MakeProblem(scene).parameters;
-  CheckLearningOptions(options, parameters.names.size());
+  RequireParameters(scene);
+  CheckLearningOptions(options, CountParameters(scene));
   return options;
 }
 

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <string>
 
 #include "coordinator/learning/learning_options.h"
 #include "coordinator/learning/problem.h"
@@ -9,9 +11,14 @@
 
 namespace knap {
 
-// Design parameters by their names, then controls as "control[interval][actuator]"; what `learning.optimize` does not
-// name is fixed. Throws std::invalid_argument for a scene without either: nothing can be learned from it.
-Problem MakeProblem(const Scene& scene);
+// Design parameters by their names, then controls as "control[interval][actuator]", then a policy's weights as
+// "policy[index]"; what `learning.optimize` does not name is fixed. `files` as LoadScenario gives them: the policy's
+// initial weights may be among them. Throws std::invalid_argument for a scene without any of the three, since nothing
+// can be learned from it, and what MakeInitialWeights throws.
+Problem MakeProblem(const Scene& scene, const std::map<std::string, std::string>& files = {});
+
+// Whether there is anything that MakeProblem could name.
+bool HasParameters(const Scene& scene);
 
 // Throws std::invalid_argument for what only the optimizer can refuse, such as an unknown algorithm.
 LearningOptions MakeLearningOptions(const Scene& scene);

@@ -48,7 +48,7 @@ Eigen::VectorXd ToVector(const std::vector<double>& values) {
 struct RolloutRecord {
   const Scene& scene;
   const ParameterSpec& parameters;
-  const std::vector<double>& theta;  // with the controls
+  const std::vector<double>& theta;  // with controls and weights
   const RolloutInput& input;
   const RolloutOutput& output;
   double forward_s, gradient_s;
@@ -132,14 +132,16 @@ std::string FormatRecord(const RolloutRecord& record) {
   return text;
 }
 
-std::vector<double> ChooseVariation(const RolloutFlags& flags, const Scene& scene) {
+std::vector<double> ChooseVariation(const RolloutFlags& flags, const LoadedScenario& scenario) {
+  const Scene& scene = scenario.parsed.scene;
   if (!flags.variation_values.empty()) return ParseVariationValues(flags.variation_values, "--variation-values", scene);
   if (!flags.variation) return ReadNominalVariation(scene);
   const std::uint64_t seed = flags.seed.value_or(static_cast<std::uint64_t>(scene.evaluation.seed));
-  return SampleVariation(MakeProblem(scene).variations, seed, RandomStream::kTestVariations, *flags.variation);
+  return SampleVariation(MakeProblem(scene, scenario.files).variations, seed, RandomStream::kTestVariations,
+                         *flags.variation);
 }
 
-// The last `count` of `values` are controls, the others design.
+// The last `count` of `values` are controls or weights, the others design.
 void SplitControls(const Eigen::VectorXd& values, std::size_t count, Eigen::VectorXd* design,
                    Eigen::VectorXd* controls) {
   const auto n = static_cast<Eigen::Index>(count);
@@ -151,7 +153,7 @@ void SplitControls(const Eigen::VectorXd& values, std::size_t count, Eigen::Vect
 RolloutInput FindInput(const RolloutFlags& flags, const LoadedScenario& scenario) {
   const Scene& scene = scenario.parsed.scene;
   ReplayedRun run;
-  run.problem = MakeProblem(scene);
+  run.problem = MakeProblem(scene, scenario.files);
   run.options = MakeLearningOptions(scene);
   run.tests = static_cast<int>(scene.evaluation.variations);
   run.test_seed = static_cast<std::uint64_t>(scene.evaluation.seed);
@@ -173,7 +175,7 @@ RolloutInput FindInput(const RolloutFlags& flags, const LoadedScenario& scenario
   return input;
 }
 
-RolloutInput MakeInput(const RolloutFlags& flags, const Scene& scene, const ParameterSpec& parameters) {
+RolloutInput MakeInput(const RolloutFlags& flags, const LoadedScenario& scenario, const ParameterSpec& parameters) {
   RolloutInput input;
   const std::vector<double> theta = ParseTheta(flags.theta, "--theta", parameters);
   SplitControls(ToVector(theta), parameters.controls, &input.theta, &input.controls);
@@ -181,7 +183,7 @@ RolloutInput MakeInput(const RolloutFlags& flags, const Scene& scene, const Para
     const std::vector<double> reference = ParseTheta(flags.reference_theta, "--reference-theta", parameters);
     SplitControls(ToVector(reference), parameters.controls, &input.theta_reference, &input.controls_reference);
   }
-  input.variation = ChooseVariation(flags, scene);
+  input.variation = ChooseVariation(flags, scenario);
   return input;
 }
 
@@ -190,8 +192,9 @@ int RunRollout(const RolloutFlags& flags) {
   const std::string config = is_request ? OpenRun(flags.config).config_path().string() : flags.config;
   const LoadedScenario scenario = LoadValidScenario(config, flags.overrides);
   const Scene& scene = scenario.parsed.scene;
-  const ParameterSpec parameters = scene.design || scene.controls ? MakeProblem(scene).parameters : ParameterSpec();
-  const RolloutInput input = is_request ? FindInput(flags, scenario) : MakeInput(flags, scene, parameters);
+  const ParameterSpec parameters =
+      HasParameters(scene) ? MakeProblem(scene, scenario.files).parameters : ParameterSpec();
+  const RolloutInput input = is_request ? FindInput(flags, scenario) : MakeInput(flags, scenario, parameters);
   RolloutModel model(scenario.files);
   model.clock = ReadSeconds;
   const RolloutOutput output = model.Run(input, {});

@@ -75,7 +75,7 @@ void StudyRecorder::OnRunEnd(std::size_t run, const StudyRun& result) {
   document.rollouts_total = result.rollouts_total;
   document.rollouts_distinct = result.rollouts_distinct;
   document.wall_s = elapsed_s();
-  WriteTools(prepared_.model->design(), document.learned, folder.tool_path(), "learned");
+  WriteTools(*prepared_.model, document.learned, folder, "learned");
   folder.WriteResult(document);
 
   followers_[run].done = 1.0;

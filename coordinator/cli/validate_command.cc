@@ -35,7 +35,7 @@ int RunValidate(const ValidateFlags& flags) {
   const Scene& scene = scenario.parsed.scene;
   try {
     const RolloutModel model(scenario.files);
-    if (scene.design) MakeLearningOptions(scene);
+    if (HasParameters(scene)) MakeLearningOptions(scene);
   } catch (const std::exception& error) {
     throw UsageError(fmt::format("{}: {}", flags.config, error.what()));
   }

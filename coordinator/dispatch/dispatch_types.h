@@ -19,7 +19,7 @@ namespace knap {
 struct DispatchOptions {
   std::int64_t run_id = 0;            // a nonce of this run's; not 0
   EngineIdentity engine;              // workers with another one get no work
-  std::size_t control_size = 0;       // of every theta: its last values are open-loop controls, the others design
+  std::size_t control_size = 0;       // of every theta: its last values are controls or weights, the others design
   int credits = 2;                    // least number of requests that one worker may hold, 1 to kMaxQueue: one runs,
                                       // one waits; more when they are short (batch_pace.h)
   double lease_s = 1.0;               // a worker silent for so long is believed gone; it sends its status at 4 Hz

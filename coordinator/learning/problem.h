@@ -13,15 +13,15 @@
 
 namespace knap {
 
-// The vector that is decided on, d of each; SI units. Design parameters come first, then open-loop controls, if any;
-// `theta` names the whole of it.
+// The vector that is decided on, d of each; SI units. Design parameters come first, then what drives actuators, if
+// anything is: open-loop controls and the weights of a policy. `theta` names the whole of it.
 struct ParameterSpec {
   std::vector<std::string> names;
   std::vector<double> lower, upper;  // lower_i < upper_i, finite
   std::vector<double> initial;       // lower_i <= initial_i <= upper_i
   std::vector<std::string> units{};  // for people, "" where there is none; no entries: none anywhere
   std::vector<bool> fixed{};         // true: learning leaves it at its initial value; no entries: false everywhere
-  std::size_t controls = 0;          // how many of the last ones are controls
+  std::size_t controls = 0;          // how many of the last ones are controls or weights
 
   std::string GetUnit(std::size_t i) const { return units.empty() ? "" : units[i]; }
   bool IsFixed(std::size_t i) const { return !fixed.empty() && fixed[i]; }

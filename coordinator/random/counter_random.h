@@ -22,6 +22,7 @@ enum class RandomStream : std::uint32_t {
   kFirstBatch = 4,          // index: variation of the batch B_0 of the method diffhand
   kRandomThetas = 5,        // index: number of the random design
   kOptimizer = 6,           // index: batch; seeds NLopt's stochastic algorithms
+  kPolicyWeights = 7,       // index: weight of a policy's network
 };
 
 // Ten rounds of Philox4x32 on one counter.

@@ -19,10 +19,10 @@ struct PictureFigures {
 
 // An SVG file; empty for a scenario that no drawing can show. Throws what RolloutModel throws.
 //
-// A success test `crosses_opening`, a tool that hangs on the world and does not turn, and no controls: two panels,
-// initial and learned. The tool where it first meets the watched body (median over the drawn variations), fainter at
-// five equal times on its way, and at the end, the opening as a gap in a line, the start rectangle, and the body's path
-// on the first test variations, simulated here.
+// A success test `crosses_opening`, a tool that hangs on the world and does not turn, and neither controls nor a
+// policy: two panels, initial and learned. The tool where it first meets the watched body (median over the drawn
+// variations), fainter at five equal times on its way, and at the end, the opening as a gap in a line, the start
+// rectangle, and the body's path on the first test variations, simulated here.
 //
 // A success test `holds_rope`: see DrawRopeView.
 std::optional<std::string> DrawPicture(RolloutModel& model, const VariationSpec& variations,
@@ -30,7 +30,7 @@ std::optional<std::string> DrawPicture(RolloutModel& model, const VariationSpec&
 
 // The tool and the rope on the first three test variations, one a column, gravity down: as they start, and at the end
 // around the initial and around the learned tool. Empty without a success test `holds_rope` of the only
-// designed body, and with controls.
+// designed body, and with controls or a policy.
 std::optional<std::string> DrawRopeView(RolloutModel& model, const VariationSpec& variations,
                                         const PictureFigures& figures);
 

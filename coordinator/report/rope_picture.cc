@@ -46,7 +46,7 @@ std::string DrawFaces(const std::vector<ShownFace>& faces, const Tint& tool, con
 }
 
 const Rope* FindShownRope(const Scene& scene) {
-  if (!scene.success || !scene.design || scene.design->bodies.size() != 1 || scene.controls) return nullptr;
+  if (!scene.success || !scene.design || scene.design->bodies.size() != 1 || scene.IsDriven()) return nullptr;
   const auto* test = std::get_if<HoldsRope>(&*scene.success);
   if (test == nullptr || test->body != scene.design->bodies[0].name) return nullptr;
   const auto found =

@@ -58,7 +58,7 @@ std::vector<Eigen::Vector2d> ThinOut(const BodyPath& path, const Opening& openin
 }  // namespace
 
 std::optional<Opening> FindShownOpening(const Scene& scene) {
-  if (!scene.success || !scene.design || scene.design->bodies.size() != 1 || scene.controls) return std::nullopt;
+  if (!scene.success || !scene.design || scene.design->bodies.size() != 1 || scene.IsDriven()) return std::nullopt;
   const auto* test = std::get_if<CrossesOpening>(&*scene.success);
   const Body* tool = FindBody(scene, scene.design->bodies[0].name);
   if (test == nullptr || tool == nullptr || Turns(*tool)) return std::nullopt;

@@ -49,6 +49,7 @@ class RunDirectory {
   std::filesystem::path result_path() const { return path_ / "result.json"; }
   std::filesystem::path evaluation_path() const { return path_ / "evaluation.json"; }
   std::filesystem::path tool_path() const { return path_ / "tool"; }
+  std::filesystem::path policy_path() const { return path_ / "policy"; }
 
   // Each replaces its file in one step (durable_file.h).
   void WriteConfig(const std::string& yaml) const;

@@ -6,12 +6,15 @@
 #include <cstddef>
 #include <exception>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "sim/geometry/mesh_io.h"
 #include "sim/geometry/triangle_mesh.h"
+#include "sim/policy/weights_file.h"
+#include "sim/scenarios/check_actuation.h"
 
 namespace knap {
 namespace {
@@ -32,6 +35,7 @@ class ModelChecker {
     if (scene_.design) {
       for (const DesignedBody& body : scene_.design->bodies) CheckDesign(body);
     }
+    if (scene_.policy) CheckWeights(*scene_.policy);
   }
 
  private:
@@ -95,6 +99,16 @@ class ModelChecker {
         Report({fmt::format("{}.vertex_groups.{}.vertices[{}]", path, group.name, k), path + ".cage"},
                fmt::format("the cage has {} vertices, 0 to {}", count, count - 1));
       }
+    }
+  }
+
+  void CheckWeights(const Policy& policy) {
+    const auto* initial = std::get_if<WeightsFile>(&policy.initial);
+    if (initial == nullptr || files_.count(initial->file) == 0 || log_.HasFailedNear("policy")) return;
+    try {
+      ParseWeights(files_.at(initial->file), initial->file, CountPolicyWeights(policy), policy.lower, policy.upper);
+    } catch (const std::runtime_error& error) {
+      Report({"policy.initial.file"}, error.what());
     }
   }
 

@@ -31,17 +31,17 @@ Eigen::Index FindCommand(const Scene& scene, const ActuatorCommand& actuator) {
 
 }  // namespace
 
-int CalcHoldSteps(const Controls& controls, const Rollout& rollout) {
-  return static_cast<int>(std::llround(controls.interval / rollout.step));
+int CalcHoldSteps(double interval, const Rollout& rollout) {
+  return static_cast<int>(std::llround(interval / rollout.step));
 }
 
-int CountIntervals(const Controls& controls, const Rollout& rollout) {
-  return static_cast<int>(std::llround(rollout.horizon / controls.interval));
+int CountIntervals(double interval, const Rollout& rollout) {
+  return static_cast<int>(std::llround(rollout.horizon / interval));
 }
 
 int CountControls(const Scene& scene) {
   if (!scene.controls) return 0;
-  return CountIntervals(*scene.controls, scene.rollout) * static_cast<int>(scene.controls->actuators.size());
+  return CountIntervals(scene.controls->interval, scene.rollout) * static_cast<int>(scene.controls->actuators.size());
 }
 
 Eigen::MatrixXd CalcCommands(const Controls& controls, const Eigen::VectorXd& a) {
@@ -64,8 +64,13 @@ Eigen::VectorXd PullBackCommands(const Controls& controls, const Eigen::VectorXd
 ControlSequence MakeControlSequence(const Scene& scene, const SceneModel& model, const Eigen::MatrixXd& u) {
   ControlSequence out;
   if (model.actuators.empty()) return out;
-  if (scene.controls) out.steps_per_interval = CalcHoldSteps(*scene.controls, scene.rollout);
-  out.values.resize(static_cast<Eigen::Index>(model.actuators.size()), std::max<Eigen::Index>(u.cols(), 1));
+  int intervals = 1;
+  if (scene.IsDriven()) {
+    const double interval = scene.controls ? scene.controls->interval : scene.policy->interval;  // equal if both
+    out.steps_per_interval = CalcHoldSteps(interval, scene.rollout);
+    intervals = CountIntervals(interval, scene.rollout);
+  }
+  out.values.resize(static_cast<Eigen::Index>(model.actuators.size()), intervals);
   for (Eigen::Index row = 0; row < out.values.rows(); ++row) {
     const ActuatorCommand& actuator = model.actuators[static_cast<std::size_t>(row)];
     out.values.row(row).setConstant(actuator.center);

@@ -16,10 +16,10 @@
 namespace knap {
 
 // Steps for which one command is held. ParseScene has checked that these are whole numbers.
-int CalcHoldSteps(const Controls& controls, const Rollout& rollout);
-int CountIntervals(const Controls& controls, const Rollout& rollout);
+int CalcHoldSteps(double interval, const Rollout& rollout);
+int CountIntervals(double interval, const Rollout& rollout);
 
-// Number of control values of a scene: actuators times intervals; 0 without a section `controls`.
+// Number of open-loop control values of a scene: actuators times intervals; 0 without a section `controls`.
 int CountControls(const Scene& scene);
 
 // u: a row a driven actuator, a column an interval. a: CountControls values; throws std::invalid_argument when the
@@ -29,7 +29,8 @@ Eigen::MatrixXd CalcCommands(const Controls& controls, const Eigen::VectorXd& a)
 // bar_a from bar_u, the sum over an interval's steps of dloss/du: same shapes as above.
 Eigen::VectorXd PullBackCommands(const Controls& controls, const Eigen::VectorXd& a, const Eigen::MatrixXd& bar_u);
 
-// What the model's actuators get: commands u (no rows without a section `controls`), 0 for those that are not driven.
+// What the model's actuators get in every interval: commands u (no rows without a section `controls`), 0 for those that
+// are not driven, and for those of a policy until it sets them.
 ControlSequence MakeControlSequence(const Scene& scene, const SceneModel& model, const Eigen::MatrixXd& u);
 
 // bar_u from the cotangents of MakeControlSequence's values; needs a section `controls`.

@@ -64,14 +64,19 @@ RolloutModel::Simulated RolloutModel::Simulate(const VectorXd& theta, const Vect
   if (design_) design_->MoveAttachments(theta, &s.moved);
   s.shapes = GetShapes(theta);
   s.model = BuildModel(s.moved, *s.shapes);
-  if (s.scene.controls) s.commands = CalcCommands(*s.scene.controls, controls);
+  const Eigen::Index open_loop = CountControls(s.scene);
+  if (s.scene.controls) s.commands = CalcCommands(*s.scene.controls, controls.head(open_loop));
+  if (s.scene.policy) {
+    s.policy = std::make_unique<ClosedLoop>(
+        MakeClosedLoop(s.scene, s.moved, s.model, controls.tail(controls.size() - open_loop)));
+  }
   s.dynamics = std::make_unique<Dynamics>(s.model.tree);
   s.contacts = std::make_unique<ContactModel>(s.model.contacts);
   SimulationOptions options = MakeOptions(s.scene.rollout);
   options.progress = progress;
   s.trajectory = std::make_unique<Trajectory>(
       Simulator(s.dynamics.get(), s.contacts.get())
-          .Run(s.model.q0, s.model.v0, options, MakeControlSequence(s.scene, s.model, s.commands)));
+          .Run(s.model.q0, s.model.v0, options, MakeControlSequence(s.scene, s.model, s.commands), s.policy.get()));
   return s;
 }
 
@@ -113,7 +118,7 @@ void RolloutModel::CheckInput(const RolloutInput& input) const {
   }
   if (!fits(input.controls.size(), c, true) || !fits(input.controls_reference.size(), c, distill)) {
     throw std::invalid_argument(
-        fmt::format("controls has {} values, controls_reference {}; the scenario has {} controls",
+        fmt::format("controls has {} values, controls_reference {}; the scenario has {} controls and weights",
                     input.controls.size(), input.controls_reference.size(), c));
   }
   if (!input.theta.allFinite() || !input.theta_reference.allFinite()) {
@@ -135,7 +140,9 @@ double RolloutModel::EvaluateTask(const Simulated& s, Cotangents* bar) const {
                    [&](const HeightLoss& term) { return EvaluateHeightTerm(term, s, nullptr, bar); },
                    [&](const ControlCostLoss& term) {
                      bar->commands += 2.0 * term.weight * s.commands;
-                     return term.weight * s.commands.squaredNorm();
+                     if (!s.policy) return term.weight * s.commands.squaredNorm();
+                     bar->policy_commands += 2.0 * term.weight * s.policy->commands();
+                     return term.weight * (s.commands.squaredNorm() + s.policy->commands().squaredNorm());
                    },
                    [&](const PointTargetLoss& term) {
                      PointCotangent point;
@@ -194,22 +201,41 @@ void RolloutModel::AddGradient(const VectorXd& controls, const Simulated& s, Cot
   std::stable_sort(bar->states.begin(), bar->states.end(),
                    [](const StateCotangent& a, const StateCotangent& b) { return a.state < b.state; });
   out->gradient = VectorXd::Zero(num_parameters());
-  if (!bar->states.empty()) {
-    const TrajectoryGradient gradient = SweepAdjoint(*s.trajectory, bar->states, s.dynamics.get(), s.contacts.get());
+  const Eigen::Index open_loop = CountControls(s.scene);
+  // What a loss sees of a policy's commands goes back into the states too.
+  const bool swept = !bar->states.empty() || s.policy != nullptr;
+  if (swept) {
+    if (s.policy) s.policy->BeginSweep(bar->policy_commands);
+    const TrajectoryGradient gradient =
+        SweepAdjoint(*s.trajectory, bar->states, s.dynamics.get(), s.contacts.get(), s.policy.get());
+    if (s.policy) {
+      const std::vector<PointCotangent> observed = ListObservedPoints(*s.scene.policy, s.policy->bar_points());
+      bar->points.insert(bar->points.end(), observed.begin(), observed.end());
+      out->certificate.finite = out->certificate.finite && s.policy->bar_weights().allFinite();
+    }
     out->loss_rounding = gradient.loss_rounding;
     out->certificate.finite = out->certificate.finite && gradient.finite;
     out->certificate.converged = out->certificate.converged && gradient.solvable;
     if (design_) out->gradient = design_->PullBack(s.scene, *s.shapes, s.model, gradient, bar->points);
     if (s.scene.controls) bar->commands += PullBackControlSequence(s.scene, s.model, gradient.controls);
   }
-  if (s.scene.controls) out->control_gradient = PullBackCommands(*s.scene.controls, controls, bar->commands);
-  if (bar->states.empty()) return;
+  out->control_gradient.resize(num_controls());
+  if (s.scene.controls) {
+    out->control_gradient.head(open_loop) =
+        PullBackCommands(*s.scene.controls, controls.head(open_loop), bar->commands);
+  }
+  if (s.policy) out->control_gradient.tail(CountWeights(s.scene)) = s.policy->bar_weights();
+  if (!swept) return;
   // A gradient of zero is one that nothing contests: what the tool never touched.
   double g = 0.0;
   if (design_) g = (out->gradient.array() * design_->ranges().array()).abs().maxCoeff();
   if (s.scene.controls) {
     const double range = s.scene.controls->upper - s.scene.controls->lower;
-    g = std::max(g, range * out->control_gradient.lpNorm<Eigen::Infinity>());
+    g = std::max(g, range * out->control_gradient.head(open_loop).lpNorm<Eigen::Infinity>());
+  }
+  if (s.policy) {
+    const double range = s.scene.policy->upper - s.scene.policy->lower;
+    g = std::max(g, range * s.policy->bar_weights().lpNorm<Eigen::Infinity>());
   }
   out->smooth = g == 0.0 || out->loss_rounding <= kLargestSmoothRounding * s.scene.gradient.tolerance * g;
 }
@@ -235,6 +261,7 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
   }
   Cotangents bar;
   bar.commands.setZero(s.commands.rows(), s.commands.cols());
+  if (s.policy) bar.policy_commands.setZero(s.policy->commands().rows(), s.policy->commands().cols());
   out.loss = distill ? EvaluateDistillation(s, *reference, &bar) : EvaluateTask(s, &bar);
   out.success = s.scene.success && TestSuccess(s);
   out.certificate.finite = std::isfinite(out.loss);

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "sim/rollout/build_model.h"
+#include "sim/rollout/build_policy.h"
 #include "sim/rollout/control_commands.h"
 #include "sim/rollout/loss_terms.h"
 #include "sim/rollout/scene_design.h"
@@ -32,7 +33,8 @@ struct RolloutInput {
   Eigen::VectorXd theta_reference;  // empty: task loss; d values: distillation against the trajectory at these …
   std::vector<double> variation;    // one value a varied key, SI
   bool want_gradient = true;
-  Eigen::VectorXd controls{};            // num_controls(), as in control_commands.h; empty where nothing is driven
+  Eigen::VectorXd controls{};            // num_controls(): open-loop values (control_commands.h), then weights of the
+                                         // policy (network.h); empty where nothing is driven
   Eigen::VectorXd controls_reference{};  // … and at these controls
 };
 
@@ -43,7 +45,7 @@ struct RolloutOutput {
   Eigen::VectorXd control_gradient;  // num_controls(), or empty
   SimulationCertificate certificate;
   double loss_rounding = 0.0;  // what rounding does to the loss, estimated (adjoint.h); 0 without a gradient
-  bool smooth = true;  // loss_rounding ≤ kLargestSmoothRounding · tolerance · ‖g‖∞, g of design and controls
+  bool smooth = true;  // loss_rounding ≤ kLargestSmoothRounding · tolerance · ‖g‖∞, g of all that is asked for
   int steps = 0;       // whole steps simulated
 };
 
@@ -65,7 +67,7 @@ class RolloutModel {
 
   const Scene& scene() const { return scene_; }
   int num_parameters() const { return design_ ? design_->num_parameters() : 0; }
-  int num_controls() const { return CountControls(scene_); }
+  int num_controls() const { return CountControls(scene_) + CountWeights(scene_); }
   const std::optional<SceneDesign>& design() const { return design_; }
 
   // Throws std::invalid_argument when sizes do not fit the scenario, or theta turns a mesh that has a mass inside out.
@@ -86,17 +88,19 @@ class RolloutModel {
     Scene scene;                                   // varied, with attachments where the file has them
     Scene moved;                                   // with attachments where theta has them
     std::shared_ptr<const DesignedShapes> shapes;  // empty without a design
-    Eigen::MatrixXd commands;                      // u, a row a driven actuator, a column an interval
+    Eigen::MatrixXd commands;  // u of the open-loop controls: a row an actuator, a column an interval
     SceneModel model;
     std::unique_ptr<Dynamics> dynamics;
     std::unique_ptr<ContactModel> contacts;
+    std::unique_ptr<ClosedLoop> policy;  // null without one; its commands are its own
     std::unique_ptr<Trajectory> trajectory;
   };
   // What losses put on one rollout.
   struct Cotangents {
     std::vector<StateCotangent> states;
     std::vector<PointCotangent> points;
-    Eigen::MatrixXd commands;  // like Simulated::commands
+    Eigen::MatrixXd commands;         // like Simulated::commands
+    Eigen::MatrixXd policy_commands;  // like those of Simulated::policy
   };
 
   // Reference paths of one (theta, controls, variation), one a distillation term; empty when the reference failed.

@@ -101,6 +101,14 @@ void SceneDesign::MoveAttachments(const VectorXd& theta, Scene* scene) const {
     auto* target = std::get_if<PointTargetLoss>(&term);
     if (target != nullptr) move(target->body, Vector3d(target->point), &target->point);
   }
+  if (!scene->policy) return;
+  for (PolicyObservation& observation : scene->policy->observations) {
+    std::visit(
+        [&](auto& o) {
+          if constexpr (requires { o.point; }) move(o.body, Vector3d(o.point), &o.point);
+        },
+        observation);
+  }
 }
 
 VectorXd SceneDesign::PullBack(const Scene& scene, const DesignedShapes& shapes, const SceneModel& model,

@@ -10,23 +10,12 @@
 #include <type_traits>
 #include <utility>
 
+#include "sim/scenarios/check_actuation.h"
+#include "sim/scenarios/check_rules.h"
 #include "sim/scenarios/numeric_keys.h"
 
 namespace knap {
 namespace {
-
-// Rounding in numbers that a person wrote in decimal.
-constexpr double kRoundOff = 1e-9;
-
-bool IsWholeMultiple(double x, double unit) {
-  const double ratio = x / unit;
-  return std::abs(ratio - std::round(ratio)) <= kRoundOff * std::max(1.0, std::abs(ratio)) && std::round(ratio) >= 1.0;
-}
-
-template <class T>
-bool HasRepeats(const std::vector<T>& items) {
-  return std::set<T>(items.begin(), items.end()).size() != items.size();
-}
 
 class SceneChecker {
  public:
@@ -40,7 +29,7 @@ class SceneChecker {
     CheckRollout();
     CheckLoss();
     CheckVariation();
-    CheckControls();
+    CheckActuation(scene_, log_);
     CheckLearning();
   }
 
@@ -116,7 +105,7 @@ class SceneChecker {
       I_BBcm_B(1, 2) = I_BBcm_B(2, 1) = given->products(2);
       const Eigen::Vector3d principal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(I_BBcm_B).eigenvalues();
       // Ascending order: a mass distribution has I1 > 0 and I1 + I2 ≥ I3.
-      if (!(principal(0) > 0.0) || principal(0) + principal(1) < principal(2) * (1.0 - kRoundOff)) {
+      if (!(principal(0) > 0.0) || principal(0) + principal(1) < principal(2) * (1.0 - kDecimalRoundOff)) {
         Report(
             {path + ".moments", path + ".products"},
             fmt::format(
@@ -280,8 +269,8 @@ class SceneChecker {
       const TaskTerm& term = scene_.loss.task[i];
       if (const auto* crossing = std::get_if<CrossingLoss>(&term)) CheckOpening(crossing->opening, path);
       if (const auto* height = std::get_if<HeightLoss>(&term)) CheckHeight(*height, path);
-      if (std::holds_alternative<ControlCostLoss>(term) && !scene_.controls) {
-        Report({path + ".type", path}, "the scenario has no section controls");
+      if (std::holds_alternative<ControlCostLoss>(term) && !scene_.IsDriven()) {
+        Report({path + ".type", path}, "the scenario has no section controls or policy");
       }
       if (const auto* target = std::get_if<PointTargetLoss>(&term)) CheckPointTarget(*target, path);
     }
@@ -378,75 +367,6 @@ class SceneChecker {
     }
   }
 
-  void CheckControls() {
-    if (!scene_.controls) return;
-    const Controls& controls = *scene_.controls;
-    if (HasRepeats(controls.actuators)) Report({"controls.actuators"}, "names an actuator twice");
-    for (std::size_t i = 0; i < controls.actuators.size(); ++i) {
-      const Body* body = FindBody(controls.actuators[i]);
-      if (body == nullptr || HasActuator(*body) || log_.HasFailedNear("bodies." + body->name + ".joint")) continue;
-      Report({fmt::format("controls.actuators[{}]", i), "bodies." + body->name + ".joint.type"},
-             "the joint of this body has no actuator");
-    }
-    if (!IsWholeMultiple(controls.interval, scene_.rollout.step)) {
-      Report({"controls.interval", "rollout.step"},
-             fmt::format("must be a whole number of steps of {}", FormatQuantity(scene_.rollout.step, kTime)));
-    } else if (IsWholeMultiple(scene_.rollout.horizon, scene_.rollout.step) &&
-               !IsWholeMultiple(scene_.rollout.horizon, controls.interval)) {
-      Report({"controls.interval", "rollout.horizon"},
-             fmt::format("the horizon, {}, must be a whole number of intervals",
-                         FormatQuantity(scene_.rollout.horizon, kTime)));
-    }
-    if (controls.lower >= controls.upper) {
-      Report({"controls.lower", "controls.upper"}, fmt::format("must be less than upper, {}", controls.upper));
-    } else if (controls.initial < controls.lower || controls.initial > controls.upper) {
-      Report({"controls.initial", "controls.lower", "controls.upper"},
-             fmt::format("must lie from lower, {}, to upper, {}", controls.lower, controls.upper));
-    }
-    if (controls.squash == Squash::kNone && (controls.lower < -1.0 || controls.upper > 1.0)) {
-      Report({controls.lower < -1.0 ? "controls.lower" : "controls.upper", "controls.squash"},
-             "commands lie from -1 to 1, and so must controls that are not squashed");
-    }
-  }
-
-  static bool HasActuator(const Body& body) {
-    return std::visit(
-        [](const auto& joint) {
-          if constexpr (requires { joint.actuator; }) {
-            return joint.actuator.has_value();
-          } else {
-            return false;
-          }
-        },
-        body.joint.kind);
-  }
-
-  void CheckLearnedParts() {
-    const Learning& learning = scene_.learning;
-    if (HasRepeats(learning.optimize)) Report({"learning.optimize"}, "names something twice");
-    for (std::size_t i = 0; i < learning.optimize.size(); ++i) {
-      const std::string path = fmt::format("learning.optimize[{}]", i);
-      switch (learning.optimize[i]) {
-        case LearnedPart::kDesign:
-          // A scene with neither is valid: it can be simulated, and nothing can be learned from it.
-          if (!scene_.design && scene_.controls) {
-            Report({path, "controls"}, "the scenario has no section design; write optimize: [control]");
-          }
-          break;
-        case LearnedPart::kControl:
-          if (!scene_.controls) Report({path}, "the scenario has no section controls");
-          if (learning.method == SceneLearningMethod::kOurs) {
-            Report({path, "learning.method"},
-                   "method ours chooses among design parameters alone; diffhand and simple_continual move controls");
-          }
-          break;
-        case LearnedPart::kPolicy:
-          Report({path}, "scenarios have no policy yet; design and control can be optimised");
-          break;
-      }
-    }
-  }
-
   // Where nothing varies there is one rollout to learn from and one to test; what the file says must not differ.
   void SettleWithoutVariation() {
     const std::pair<std::string, std::int64_t*> counts[] = {
@@ -463,7 +383,6 @@ class SceneChecker {
   }
 
   void CheckLearning() {
-    CheckLearnedParts();
     if (scene_.variation.empty() && !log_.HasFailedNear("variation")) SettleWithoutVariation();
     const Learning& learning = scene_.learning;
     if (learning.batch > learning.variations) {

@@ -1,5 +1,7 @@
 #include "sim/scenarios/joint_fields.h"
 
+#include "sim/scenarios/common_fields.h"
+
 namespace knap {
 
 using std::string_view;

@@ -17,11 +17,11 @@
 #include <variant>
 #include <vector>
 
+#include "sim/scenarios/axis.h"
+#include "sim/scenarios/controls.h"
 #include "sim/scenarios/joint.h"
 
 namespace knap {
-
-enum class Axis { kX, kY, kZ };
 
 // ---- Bodies -------------------------------------------------------------------------------------------------------
 
@@ -161,21 +161,6 @@ struct DesignedBody {
 struct Design {
   std::vector<DesignParameter> parameters;  // theta
   std::vector<DesignedBody> bodies;         // each at most once
-};
-
-// ---- Controls -----------------------------------------------------------------------------------------------------
-
-enum class Squash { kTanh, kNone };
-
-// Open-loop controls: one number a for each interval and actuator, held all through the interval. The actuator gets
-// the command u = tanh(a), or a itself, which then lies in [−1, 1] (control_commands.h).
-struct Controls {
-  std::vector<std::string> actuators;  // bodies whose joints are driven, in the order of their values in each interval
-  double interval = 0.0;               // [s]; a whole number of steps, and the horizon a whole number of intervals
-  Squash squash = Squash::kTanh;
-  double initial = 0.0;  // of every a [-]; lower ≤ initial ≤ upper, lower < upper
-  double lower = -3.0;
-  double upper = 3.0;
 };
 
 // ---- Variation ----------------------------------------------------------------------------------------------------
@@ -358,7 +343,8 @@ struct Scene {
   std::vector<Rope> ropes;
   std::vector<Contact> contacts;
   std::optional<Design> design;      // none: no design parameters
-  std::optional<Controls> controls;  // none: nothing is driven
+  std::optional<Controls> controls;  // none: nothing is driven open loop
+  std::optional<Policy> policy;      // none: nothing is driven in a closed loop; else no actuator that controls drive
   Rollout rollout;
   Loss loss;
   std::optional<SuccessTest> success;
@@ -366,6 +352,8 @@ struct Scene {
   Learning learning;
   Evaluation evaluation;
   GradientDemand gradient;
+
+  bool IsDriven() const { return controls || policy; }
 };
 
 }  // namespace knap

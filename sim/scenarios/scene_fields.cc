@@ -1,5 +1,7 @@
 #include "sim/scenarios/scene_fields.h"
 
+#include "sim/scenarios/common_fields.h"
+#include "sim/scenarios/control_fields.h"
 #include "sim/scenarios/joint_fields.h"
 
 namespace knap {
@@ -7,18 +9,11 @@ namespace {
 
 using std::string_view;
 
-constexpr string_view kAxes[] = {"x", "y", "z"};
 constexpr Range kFraction{0.0, 1.0, true};
 constexpr Range kIndex{0.0, 1e9};
-constexpr Range kCount{1.0, 1e9};
-constexpr Range kSeed{0.0, 9007199254740991.0};  // exact in every language that keeps numbers as doubles
 
 // Of the values of a parameter.
 Dimension GetDimension(ParameterKind kind) { return kind == ParameterKind::kStretch ? kDimensionless : kLength; }
-
-void VisitAxis(FieldVisitor& v, string_view key, string_view doc, Axis& axis) {
-  v.EnumField({.key = key, .doc = doc}, axis, kAxes);
-}
 
 }  // namespace
 
@@ -210,25 +205,6 @@ static void VisitFields(FieldVisitor& v, Design& d) {
                d.bodies, 1);
 }
 
-// ---- Controls -----------------------------------------------------------------------------------------------------
-
-static void VisitFields(FieldVisitor& v, Controls& c) {
-  v.LeafList({.key = "actuators", .doc = "that are driven: bodies whose joints have one"}, c.actuators, 1,
-             [](FieldVisitor& w, std::string& name) { w.Text({.role = TextRole::kBody}, name); });
-  v.Number({.key = "interval",
-            .doc = "for which a control is held: a whole number of steps, and the horizon a whole number of intervals",
-            .dimension = kTime,
-            .range = kPositive},
-           c.interval);
-  static constexpr string_view kSquashes[] = {"tanh", "none"};
-  v.EnumField(
-      {.key = "squash", .doc = "from a control to its actuator's command, which lies from -1 to 1", .required = false},
-      c.squash, kSquashes);
-  v.Number({.key = "initial", .doc = "value of every control", .required = false}, c.initial);
-  v.Number({.key = "lower", .doc = "least value", .required = false}, c.lower);
-  v.Number({.key = "upper", .doc = "largest value", .required = false}, c.upper);
-}
-
 // ---- Variation ----------------------------------------------------------------------------------------------------
 
 // The numbers of a distribution have the dimension of the key.
@@ -359,7 +335,7 @@ static void VisitFields(FieldVisitor& v, TaskTerm& term) {
 static void VisitFields(FieldVisitor& v, PositionMatchLoss& l) {
   v.Text({.key = "body", .doc = "whose origin is compared", .role = TextRole::kBody}, l.body);
   v.LeafList({.key = "axes", .doc = "of the world, the coordinates compared"}, l.axes, 1,
-             [](FieldVisitor& w, Axis& axis) { w.EnumField({}, axis, kAxes); });
+             [](FieldVisitor& w, Axis& axis) { w.EnumField({}, axis, kAxisNames); });
   VisitSamplePeriod(v, l.sample_period);
   v.EnumField({.key = "normalize", .doc = "over the samples", .required = false}, l.normalize, kNormalizations);
   VisitWeight(v, l.weight, l.length_unit);
@@ -492,7 +468,8 @@ void VisitFields(FieldVisitor& v, Scene& s) {
   v.Struct({.key = "rollout", .doc = "how one variation is simulated"}, s.rollout);
   v.Struct({.key = "loss", .doc = "what is minimised", .required = false}, s.loss);
   v.OptionalStruct({.key = "success", .doc = "what counts as done", .required = false}, s.success);
-  // After all that a variation's key can name.
+  // After all that the key of an observed number or of a variation can name.
+  v.OptionalStruct({.key = "policy", .doc = "closed-loop network that drives actuators", .required = false}, s.policy);
   v.StructList({.key = "variation", .doc = "what differs between rollouts", .required = false}, s.variation);
   v.Struct({.key = "learning", .doc = "schedule and optimizer", .required = false}, s.learning);
   v.Struct({.key = "evaluation", .doc = "on unseen variations", .required = false}, s.evaluation);

@@ -26,8 +26,8 @@ TEST(ControlCommandsTest, CountsOfTheReachingScene) {
   scene.rollout.step = 5e-3;
   scene.controls = MakeControls(Squash::kTanh);
   scene.controls->actuators.push_back("third");
-  EXPECT_EQ(CalcHoldSteps(*scene.controls, scene.rollout), 20);
-  EXPECT_EQ(CountIntervals(*scene.controls, scene.rollout), 30);
+  EXPECT_EQ(CalcHoldSteps(scene.controls->interval, scene.rollout), 20);
+  EXPECT_EQ(CountIntervals(scene.controls->interval, scene.rollout), 30);
   EXPECT_EQ(CountControls(scene), 120);
 }
 

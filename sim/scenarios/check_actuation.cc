@@ -1,0 +1,197 @@
+#include "sim/scenarios/check_actuation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <string>
+#include <type_traits>
+#include <variant>
+#include <vector>
+
+#include "sim/scenarios/check_rules.h"
+#include "sim/scenarios/units.h"
+
+namespace knap {
+namespace {
+
+const JointActuator* FindActuator(const Body& body) {
+  return std::visit(
+      [](const auto& joint) -> const JointActuator* {
+        if constexpr (requires { joint.actuator; }) {
+          return joint.actuator ? &*joint.actuator : nullptr;
+        } else {
+          return nullptr;
+        }
+      },
+      body.joint.kind);
+}
+
+class ActuationChecker {
+ public:
+  ActuationChecker(const Scene& scene, FieldLog& log) : scene_(scene), log_(log) {}
+
+  void Check() {
+    if (scene_.controls) CheckControls(*scene_.controls);
+    if (scene_.policy) CheckPolicy(*scene_.policy);
+    CheckLearnedParts();
+  }
+
+ private:
+  void Report(std::vector<std::string> paths, const std::string& message) { log_.Report(paths, message); }
+
+  const Body* FindBody(const std::string& name) const {
+    const auto found =
+        std::find_if(scene_.bodies.begin(), scene_.bodies.end(), [&](const Body& b) { return b.name == name; });
+    return found == scene_.bodies.end() ? nullptr : &*found;
+  }
+
+  // Null when the body's joint is wrong by itself, which has been reported.
+  const Body* FindSoundBody(const std::string& name) const {
+    return log_.HasFailedNear("bodies." + name + ".joint") ? nullptr : FindBody(name);
+  }
+
+  void CheckDriven(const std::vector<std::string>& actuators, double interval, const std::string& section) {
+    if (HasRepeats(actuators)) Report({section + ".actuators"}, "names an actuator twice");
+    for (std::size_t i = 0; i < actuators.size(); ++i) {
+      const Body* body = FindSoundBody(actuators[i]);
+      if (body == nullptr || FindActuator(*body) != nullptr) continue;
+      Report({fmt::format("{}.actuators[{}]", section, i), "bodies." + body->name + ".joint.type"},
+             "the joint of this body has no actuator");
+    }
+    const std::string path = section + ".interval";
+    if (!IsWholeMultiple(interval, scene_.rollout.step)) {
+      Report({path, "rollout.step"},
+             fmt::format("must be a whole number of steps of {}", FormatQuantity(scene_.rollout.step, kTime)));
+    } else if (IsWholeMultiple(scene_.rollout.horizon, scene_.rollout.step) &&
+               !IsWholeMultiple(scene_.rollout.horizon, interval)) {
+      Report({path, "rollout.horizon"}, fmt::format("the horizon, {}, must be a whole number of intervals",
+                                                    FormatQuantity(scene_.rollout.horizon, kTime)));
+    }
+  }
+
+  void CheckControls(const Controls& controls) {
+    CheckDriven(controls.actuators, controls.interval, "controls");
+    if (controls.lower >= controls.upper) {
+      Report({"controls.lower", "controls.upper"}, fmt::format("must be less than upper, {}", controls.upper));
+    } else if (controls.initial < controls.lower || controls.initial > controls.upper) {
+      Report({"controls.initial", "controls.lower", "controls.upper"},
+             fmt::format("must lie from lower, {}, to upper, {}", controls.lower, controls.upper));
+    }
+    if (controls.squash == Squash::kNone && (controls.lower < -1.0 || controls.upper > 1.0)) {
+      Report({controls.lower < -1.0 ? "controls.lower" : "controls.upper", "controls.squash"},
+             "commands lie from -1 to 1, and so must controls that are not squashed");
+    }
+  }
+
+  void CheckPolicy(const Policy& policy) {
+    CheckDriven(policy.actuators, policy.interval, "policy");
+    for (std::size_t i = 0; i < policy.actuators.size(); ++i) {
+      const std::string path = fmt::format("policy.actuators[{}]", i);
+      const std::string& name = policy.actuators[i];
+      if (scene_.controls &&
+          std::count(scene_.controls->actuators.begin(), scene_.controls->actuators.end(), name) > 0) {
+        Report({path, "controls.actuators"}, "open-loop controls drive this actuator already");
+      }
+      const Body* body = FindSoundBody(name);
+      const JointActuator* actuator = body == nullptr ? nullptr : FindActuator(*body);
+      if (policy.squash == Squash::kNone && actuator != nullptr && std::holds_alternative<ForceActuator>(*actuator)) {
+        Report({"policy.squash", path, "bodies." + name + ".joint.actuator.type"},
+               fmt::format("outputs that are not squashed have no bounds, and the force actuator of {} has no limit of "
+                           "its own: squash them with tanh",
+                           name));
+      }
+    }
+    if (scene_.controls && scene_.controls->interval != policy.interval) {
+      Report({"policy.interval", "controls.interval"},
+             fmt::format("must be that of the controls, {}", FormatQuantity(scene_.controls->interval, kTime)));
+    }
+    for (std::size_t i = 0; i < policy.observations.size(); ++i) {
+      const std::string path = fmt::format("policy.observations[{}]", i);
+      std::visit([&](const auto& observation) { CheckObservation(observation, path); }, policy.observations[i]);
+    }
+    if (policy.lower >= policy.upper) {
+      Report({"policy.lower", "policy.upper"}, fmt::format("must be less than upper, {}", policy.upper));
+    } else if (std::holds_alternative<RandomWeights>(policy.initial) && (policy.lower > 0.0 || policy.upper < 0.0)) {
+      Report({policy.lower > 0.0 ? "policy.lower" : "policy.upper", "policy.initial.type"},
+             "random weights lie around 0, and biases begin there: the bounds must enclose it");
+    }
+    const std::int64_t weights = CountPolicyWeights(policy);
+    if (weights > kMostWeights) {
+      Report({"policy.hidden", "policy"},
+             fmt::format("the network has {} weights, at most {} are allowed", weights, kMostWeights));
+    }
+  }
+
+  template <class Observation>
+  void CheckObservation(const Observation& observation, const std::string& path) {
+    if constexpr (std::is_same_v<Observation, AngleObservation> || std::is_same_v<Observation, RateObservation>) {
+      CheckJoint<RevoluteJoint>(observation.joint, "revolute", path);
+    } else if constexpr (requires { observation.joint; }) {
+      CheckJoint<PrismaticJoint>(observation.joint, "prismatic", path);
+    }
+    if constexpr (requires { observation.in; }) {
+      if (observation.in == observation.body) {
+        Report({path + ".in", path + ".body"}, "a body does not move in its own frame; name another one, or the world");
+      }
+    }
+  }
+
+  template <class Wanted>
+  void CheckJoint(const std::string& name, const char* wanted, const std::string& path) {
+    const Body* body = FindSoundBody(name);
+    if (body == nullptr || std::holds_alternative<Wanted>(body->joint.kind)) return;
+    Report({path + ".joint", "bodies." + name + ".joint.type"},
+           fmt::format("the joint of this body is not {}; of others the body's position, direction, velocity and "
+                       "angular_velocity can be observed",
+                       wanted));
+  }
+
+  void CheckLearnedParts() {
+    const Learning& learning = scene_.learning;
+    if (HasRepeats(learning.optimize)) Report({"learning.optimize"}, "names something twice");
+    for (std::size_t i = 0; i < learning.optimize.size(); ++i) {
+      const std::string path = fmt::format("learning.optimize[{}]", i);
+      const LearnedPart part = learning.optimize[i];
+      if (part == LearnedPart::kDesign) {
+        // A scene with none of the three is valid: it can be simulated, and nothing can be learned from it.
+        if (!scene_.design && scene_.IsDriven()) {
+          Report({path, scene_.controls ? "controls" : "policy"},
+                 fmt::format("the scenario has no section design; write optimize: [{}]",
+                             scene_.controls ? "control" : "policy"));
+        }
+        continue;
+      }
+      const bool is_policy = part == LearnedPart::kPolicy;
+      if (is_policy ? !scene_.policy : !scene_.controls) {
+        Report({path}, fmt::format("the scenario has no section {}", is_policy ? "policy" : "controls"));
+      }
+      if (learning.method == SceneLearningMethod::kOurs) {
+        Report({path, "learning.method"},
+               fmt::format("method ours chooses among design parameters alone; diffhand and simple_continual move {}",
+                           is_policy ? "policies" : "controls"));
+      }
+    }
+  }
+
+  const Scene& scene_;
+  FieldLog& log_;
+};
+
+}  // namespace
+
+std::int64_t CountPolicyWeights(const Policy& policy) {
+  std::int64_t count = 0;
+  auto inputs = static_cast<std::int64_t>(policy.observations.size());
+  const auto add_layer = [&](std::int64_t units) {
+    count += units * (inputs + 1);
+    inputs = units;
+  };
+  for (const std::int64_t units : policy.hidden) add_layer(units);
+  add_layer(static_cast<std::int64_t>(policy.actuators.size()));
+  return count;
+}
+
+void CheckActuation(const Scene& scene, FieldLog& log) { ActuationChecker(scene, log).Check(); }
+
+}  // namespace knap
