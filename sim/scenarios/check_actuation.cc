@@ -32,8 +32,8 @@ class ActuationChecker {
   ActuationChecker(const Scene& scene, FieldLog& log) : scene_(scene), log_(log) {}
 
   void Check() {
-    if (scene_.controls) CheckControls(*scene_.controls);
-    if (scene_.policy) CheckPolicy(*scene_.policy);
+    const bool right = !scene_.controls || CheckControls(*scene_.controls);
+    if (scene_.policy) CheckPolicy(*scene_.policy, right);
     CheckLearnedParts();
   }
 
@@ -51,7 +51,8 @@ class ActuationChecker {
     return log_.HasFailedNear("bodies." + name + ".joint") ? nullptr : FindBody(name);
   }
 
-  void CheckDriven(const std::vector<std::string>& actuators, double interval, const std::string& section) {
+  // Whether the interval is right.
+  bool CheckDriven(const std::vector<std::string>& actuators, double interval, const std::string& section) {
     if (HasRepeats(actuators)) Report({section + ".actuators"}, "names an actuator twice");
     for (std::size_t i = 0; i < actuators.size(); ++i) {
       const Body* body = FindSoundBody(actuators[i]);
@@ -63,15 +64,20 @@ class ActuationChecker {
     if (!IsWholeMultiple(interval, scene_.rollout.step)) {
       Report({path, "rollout.step"},
              fmt::format("must be a whole number of steps of {}", FormatQuantity(scene_.rollout.step, kTime)));
-    } else if (IsWholeMultiple(scene_.rollout.horizon, scene_.rollout.step) &&
-               !IsWholeMultiple(scene_.rollout.horizon, interval)) {
+      return false;
+    }
+    if (IsWholeMultiple(scene_.rollout.horizon, scene_.rollout.step) &&
+        !IsWholeMultiple(scene_.rollout.horizon, interval)) {
       Report({path, "rollout.horizon"}, fmt::format("the horizon, {}, must be a whole number of intervals",
                                                     FormatQuantity(scene_.rollout.horizon, kTime)));
+      return false;
     }
+    return true;
   }
 
-  void CheckControls(const Controls& controls) {
-    CheckDriven(controls.actuators, controls.interval, "controls");
+  // Whether their interval is right.
+  bool CheckControls(const Controls& controls) {
+    const bool right = CheckDriven(controls.actuators, controls.interval, "controls");
     if (controls.lower >= controls.upper) {
       Report({"controls.lower", "controls.upper"}, fmt::format("must be less than upper, {}", controls.upper));
     } else if (controls.initial < controls.lower || controls.initial > controls.upper) {
@@ -82,10 +88,11 @@ class ActuationChecker {
       Report({controls.lower < -1.0 ? "controls.lower" : "controls.upper", "controls.squash"},
              "commands lie from -1 to 1, and so must controls that are not squashed");
     }
+    return right;
   }
 
-  void CheckPolicy(const Policy& policy) {
-    CheckDriven(policy.actuators, policy.interval, "policy");
+  void CheckPolicy(const Policy& policy, bool controls_have_right_interval) {
+    const bool right = CheckDriven(policy.actuators, policy.interval, "policy") && controls_have_right_interval;
     for (std::size_t i = 0; i < policy.actuators.size(); ++i) {
       const std::string path = fmt::format("policy.actuators[{}]", i);
       const std::string& name = policy.actuators[i];
@@ -102,7 +109,7 @@ class ActuationChecker {
                            name));
       }
     }
-    if (scene_.controls && scene_.controls->interval != policy.interval) {
+    if (right && scene_.controls && scene_.controls->interval != policy.interval) {
       Report({"policy.interval", "controls.interval"},
              fmt::format("must be that of the controls, {}", FormatQuantity(scene_.controls->interval, kTime)));
     }

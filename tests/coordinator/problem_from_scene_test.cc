@@ -1,10 +1,12 @@
 #include "coordinator/cli/problem_from_scene.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdint>
 #include <stdexcept>
+#include <string>
 #include <variant>
 
 #include "coordinator/cli/loaded_run.h"
@@ -74,6 +76,45 @@ TEST(ProblemFromSceneTest, ControlsFollowTheDesign) {
   for (std::size_t i = 0; i < spec.names.size(); ++i) EXPECT_EQ(spec.IsFixed(i), i < 7) << i;
   scene.learning.optimize = {LearnedPart::kDesign, LearnedPart::kControl};
   EXPECT_FALSE(MakeProblem(scene).parameters.IsFixed(0));
+}
+
+Scene LoadReaching() { return LoadValidScenario(KNAP_SOURCE_DIR "/configs/reaching_policy.yaml", {}).parsed.scene; }
+
+TEST(ProblemFromSceneTest, WeightsFollowTheDesign) {
+  Scene scene = LoadReaching();
+  const Problem problem = MakeProblem(scene);
+  const ParameterSpec& spec = problem.parameters;
+  ASSERT_EQ(spec.names.size(), 9u + 220u);
+  EXPECT_EQ(spec.controls, 220u);
+  EXPECT_EQ(spec.names[9], "policy[0]");
+  EXPECT_EQ(spec.names.back(), "policy[219]");
+  EXPECT_FALSE(spec.IsFixed(0));
+  EXPECT_FALSE(spec.IsFixed(9));
+  // A pure function of the seed: 12 rows of 13 inputs, then biases of 0.
+  EXPECT_EQ(MakeProblem(scene).parameters.initial, spec.initial);
+  double sum = 0.0;
+  for (int i = 0; i < 156; ++i) {
+    sum += spec.initial[9 + i] * spec.initial[9 + i];
+    EXPECT_LE(std::abs(spec.initial[9 + i]), 3.0 * 0.5 / std::sqrt(13.0));
+  }
+  EXPECT_NEAR(sum / 156 * 13, 0.25, 0.1);  // variance 0.5², which 156 draws show within a sixth or so
+  for (int i = 156; i < 168; ++i) EXPECT_EQ(spec.initial[9 + i], 0.0);
+  std::get<RandomWeights>(scene.policy->initial).seed = 2;
+  EXPECT_NE(MakeProblem(scene).parameters.initial, spec.initial);
+  scene.learning.optimize = {LearnedPart::kPolicy};
+  EXPECT_TRUE(MakeProblem(scene).parameters.IsFixed(8));
+  EXPECT_FALSE(MakeProblem(scene).parameters.IsFixed(9));
+}
+
+TEST(ProblemFromSceneTest, WeightsMayComeFromAFile) {
+  Scene scene = LoadReaching();
+  scene.policy->hidden.clear();
+  scene.policy->initial = WeightsFile{"policies/w.txt"};
+  EXPECT_THROW(MakeProblem(scene), std::runtime_error);
+  std::string text;
+  for (int i = 0; i < 56; ++i) text += fmt::format("{}\n", 0.01 * i);
+  EXPECT_EQ(MakeProblem(scene, {{"policies/w.txt", text}}).parameters.initial[9 + 55], 0.01 * 55);
+  EXPECT_THROW(MakeProblem(scene, {{"policies/w.txt", text + "0"}}), std::runtime_error);
 }
 
 TEST(ProblemFromSceneTest, MostRolloutsCountsEveryEvaluationOfEveryBatch) {

@@ -91,6 +91,27 @@ constexpr char kTouching[] =
     "  - {bodies: [ball, ground], stiffness: 1e8 N/m^3, damping: 2 s/m, friction: 0.3, slip_speed: 1 cm/s}\n"
     "  - {bodies: [ball, hand], stiffness: 1e8 N/m^3, damping: 2 s/m, friction: 0.3, slip_speed: 1 cm/s}\n";
 
+// The hand in a closed loop, beside the arm's open-loop controls. It sees points that move with the meshes, and the
+// ball from the hand.
+constexpr char kControls[] = "controls: {actuators: [hand, arm], interval";
+constexpr char kLoop[] = R"(policy:
+  actuators: [hand]
+  interval: 50 ms
+  observations:
+    - {type: angle, joint: arm, offset: 3 deg}
+    - {type: rate, joint: hand, scale: 5 rad/s}
+    - {type: position, body: hand, point: [20 mm, 0 mm, 4 mm], axis: z, scale: 2 cm}
+    - {type: position, body: ball, in: hand, axis: x, scale: 2 cm}
+    - {type: velocity, body: hand, point: [20 mm, 0 mm, 4 mm], axis: z, scale: 50 cm/s}
+    - {type: direction, body: ball, of: x, in: hand, axis: z}
+    - {type: angular_velocity, body: ball, axis: y, offset: 5 rad/s, scale: 20 rad/s}
+    - {type: time, offset: 0.1 s, scale: 0.1 s}
+  hidden: [3]
+  initial: {type: random}
+  lower: -2
+  upper: 2
+controls: {actuators: [arm], interval)";
+
 std::string ReadFile(const std::string& path) {
   std::ifstream file(path);
   std::stringstream text;
@@ -98,10 +119,11 @@ std::string ReadFile(const std::string& path) {
   return text.str();
 }
 
-Files MakeFiles(bool touching) {
+Files MakeFiles(bool touching, bool closed_loop = false) {
   std::string text = kArm;
   const std::string mark = "contacts:\nCONTACTS\n";
   text.replace(text.find(mark), mark.size(), touching ? "contacts:\n" + std::string(kTouching) : "");
+  if (closed_loop) text.replace(text.find(kControls), std::string(kControls).size(), kLoop);
   Files files{{kScenarioFileName, text}};
   for (const char* name : {"finger_phalanx", "finger_phalanx_cage", "finger_tip", "finger_tip_cage"}) {
     const std::string path = std::string("meshes/") + name + ".obj";
@@ -175,33 +197,41 @@ TEST(SceneDesign, JointsHaveTheLawsOfTheFile) {
   EXPECT_NEAR(MakeControlSequence(undriven, model, {}).values(0, 0), 5.0 * kDegree, 1e-15);
 }
 
-class ArmGradient : public testing::TestWithParam<bool> {};
+struct ArmCase {
+  const char* name;
+  bool touching, closed_loop;
+};
+
+class ArmGradient : public testing::TestWithParam<ArmCase> {};
 
 TEST_P(ArmGradient, IsThatOfDifferences) {
-  const bool touching = GetParam();
-  RolloutModel model(MakeFiles(touching));
-  VectorXd a(8);
-  a << 0.5, -0.3, 0.7, 0.2, -0.6, 0.4, 0.9, -0.8;
+  const bool touching = GetParam().touching;
+  RolloutModel model(MakeFiles(touching, GetParam().closed_loop));
+  const int n = model.num_controls();
+  ASSERT_EQ(n, GetParam().closed_loop ? 4 + 31 : 8);
+  VectorXd a(n);
+  a.head(8) << 0.5, -0.3, 0.7, 0.2, -0.6, 0.4, 0.9, -0.8;
+  for (Eigen::Index i = 8; i < n; ++i) a(i) = std::sin(2.0 + 1.9 * static_cast<double>(i));
   const auto run = [&](const VectorXd& x, bool gradient) {
     RolloutInput input;
     input.theta = x.head(4);
-    input.controls = x.tail(8);
+    input.controls = x.tail(n);
     input.want_gradient = gradient;
     return model.Run(input, {});
   };
-  VectorXd x(12), g(12);
+  VectorXd x(4 + n), g(4 + n);
   x << kTheta, a;
   const RolloutOutput out = run(x, true);
   ASSERT_TRUE(out.certificate.converged);
   EXPECT_EQ(out.certificate.contact_onsets > 2, touching);
   g << out.gradient, out.control_gradient;
   // In parts of each parameter's range.
-  VectorXd range = VectorXd::Constant(12, 4.0);
+  VectorXd range = VectorXd::Constant(4 + n, 4.0);
   range(0) = 0.025;
   range.segment<3>(1).setConstant(1.5);
   g.array() *= range.array();
   double worst = 0.0;
-  for (Eigen::Index i = 0; i < 12; ++i) {
+  for (Eigen::Index i = 0; i < 4 + n; ++i) {
     EXPECT_NE(g(i), 0.0) << i;
     // Curvature asks for small steps, rounding for large ones; no one step suits all, but one has to.
     double best = 1e300;
@@ -214,8 +244,12 @@ TEST_P(ArmGradient, IsThatOfDifferences) {
   EXPECT_LE(worst, (touching ? 1e-5 : 1e-7) * g.lpNorm<Eigen::Infinity>());
 }
 
-INSTANTIATE_TEST_SUITE_P(InAirAndInContact, ArmGradient, testing::Bool(),
-                         [](const auto& touching) { return touching.param ? "InContact" : "InAir"; });
+constexpr ArmCase kArmCases[] = {{"InAir", false, false},
+                                 {"InContact", true, false},
+                                 {"InAirUnderAPolicy", false, true},
+                                 {"InContactUnderAPolicy", true, true}};
+INSTANTIATE_TEST_SUITE_P(OpenAndClosedLoop, ArmGradient, testing::ValuesIn(kArmCases),
+                         [](const auto& at) { return at.param.name; });
 
 }  // namespace
 }  // namespace knap

@@ -24,8 +24,8 @@ const SceneErrorCase kContradictions[] = {
     {"NothingToRideOn", "parent: tool\n    joint: {type: free, attachment: {",
      "parent: wall\n    joint: {type: free, attachment: @{",
      "bodies.brick.joint.attachment: only a designed parent has a mesh that joints move with"},
-    {"NoActuator", "actuators: [hinge, slider]", "actuators: [hinge, @swivel]",
-     "controls.actuators[1]: value 'swivel': the joint of this body has no actuator"},
+    {"NoActuator", "actuators: [slider]", "actuators: [@swivel]",
+     "controls.actuators[0]: value 'swivel': the joint of this body has no actuator"},
     {"TooMuchForACommand", "lower: -1, upper: 0.75", "lower: -1, upper: @1.5",
      "controls.upper: value '1.5': commands lie from -1 to 1, and so must controls that are not squashed"},
     {"NoTargetAtFirst", "{from: 0 s", "{from: @0.1 s",
@@ -34,18 +34,44 @@ const SceneErrorCase kContradictions[] = {
      "loss.task[3].targets[1].from: value '0 s': must be later than the target before"},
     {"TargetsBetweenSteps", "sample_period: 10 ms", "sample_period: @11 ms",
      "loss.task[3].sample_period: value '11 ms': must be a whole number of steps of 0.002 s"},
-    {"ActuatorTwice", "actuators: [hinge, slider]", "actuators: @[hinge, hinge]",
+    {"ActuatorTwice", "actuators: [slider]", "actuators: @[slider, slider]",
      "controls.actuators: names an actuator twice"},
-    {"IntervalBetweenSteps", "interval: 100 ms", "interval: @101 ms",
+    {"IntervalBetweenSteps", "[slider], interval: 100 ms", "[slider], interval: @101 ms",
      "controls.interval: value '101 ms': must be a whole number of steps of 0.002 s"},
-    {"IntervalAcrossTheEnd", "interval: 100 ms", "interval: @300 ms",
+    {"IntervalAcrossTheEnd", "[slider], interval: 100 ms", "[slider], interval: @300 ms",
      "controls.interval: value '300 ms': the horizon, 1 s, must be a whole number of intervals"},
     {"ControlBoundsSwapped", "lower: -1, upper: 0.75", "lower: @3, upper: 0.75",
      "controls.lower: value '3': must be less than upper, 0.75"},
     {"ControlStartsOutside", "initial: 0.5", "initial: @2.5",
      "controls.initial: value '2.5': must lie from lower, -1, to upper, 0.75"},
-    {"PolicyIsRefused", "optimize: [design, control]", "optimize: [design, @policy]",
-     "learning.optimize[1]: value 'policy': scenarios have no policy yet; design and control can be optimised"},
+    {"OursMovesNoPolicy", "method: simple_continual, optimize: [design, control]",
+     "method: ours, optimize: [design, @policy]",
+     "learning.optimize[1]: value 'policy': method ours chooses among design parameters alone; diffhand and "
+     "simple_continual move policies"},
+    {"ActuatorOfControlsToo", "actuators: [hinge]", "actuators: [@slider]",
+     "policy.actuators[0]: value 'slider': open-loop controls drive this actuator already"},
+    {"PolicyWithoutActuator", "actuators: [hinge]", "actuators: [@puck]",
+     "policy.actuators[0]: value 'puck': the joint of this body has no actuator"},
+    {"PolicyHasAnotherClock", "[hinge]\n  interval: 100 ms", "[hinge]\n  interval: @50 ms",
+     "policy.interval: value '50 ms': must be that of the controls, 0.1 s"},
+    {"OutputsWithoutBounds", "squash: tanh", "squash: @none",
+     "policy.squash: value 'none': outputs that are not squashed have no bounds, and the force actuator of hinge has "
+     "no "
+     "limit of its own: squash them with tanh"},
+    {"AngleOfASlider", "type: angle, joint: hinge", "type: angle, joint: @slider",
+     "policy.observations[0].joint: value 'slider': the joint of this body is not revolute; of others the body's "
+     "position, direction, velocity and angular_velocity can be observed"},
+    {"DisplacementOfABall", "type: displacement, joint: slider", "type: displacement, joint: @swivel",
+     "policy.observations[2].joint: value 'swivel': the joint of this body is not prismatic; of others the body's "
+     "position, direction, velocity and angular_velocity can be observed"},
+    {"SeenFromItself", "in: pea, axis: y", "in: @pill, axis: y",
+     "policy.observations[4].in: value 'pill': a body does not move in its own frame; name another one, or the world"},
+    {"WeightBoundsSwapped", "lower: -2\n  upper: 2.5", "lower: @2.6\n  upper: 2.5",
+     "policy.lower: value '2.6': must be less than upper, 2.5"},
+    {"RandomWeightsOutside", "lower: -2\n  upper: 2.5", "lower: @0.5\n  upper: 2.5",
+     "policy.lower: value '0.5': random weights lie around 0, and biases begin there: the bounds must enclose it"},
+    {"TooManyWeights", "hidden: [4, 3]", "hidden: @[1000, 1000]",
+     "policy.hidden: the network has 1013001 weights, at most 400000 are allowed"},
     {"OptimizedTwice", "optimize: [design, control]", "optimize: @[control, control]",
      "learning.optimize: names something twice"},
     {"OursMovesNoControls", "method: simple_continual, optimize: [design, control]",
@@ -155,17 +181,20 @@ TEST(CheckScene, WhereNothingVariesThereIsOneRollout) {
                 "must be 1\n");
 }
 
-TEST(CheckScene, ControlsThatCostOrAreOptimisedExist) {
-  const EditedScene scene = EditScene(
-      kEverythingYaml,
-      "controls: {actuators: [hinge, slider], interval: 100 ms, squash: none, initial: 0.5, lower: -1, upper: 0.75}\n"
-      "learning: {method: simple_continual, optimize: [design, control]",
-      "learning: {method: simple_continual, optimize: [design, @control]");
-  const std::string cost = EditScene(scene.text, "control_cost", "@control_cost").place;
-  EXPECT_EQ(ParseEditedScene(scene),
-            "f.yaml:" + cost + ": loss.task[2].type: value 'control_cost': the scenario has no section controls\n" +
-                "f.yaml:" + scene.place +
-                ": learning.optimize[1]: value 'control': the scenario has no section controls\n");
+TEST(CheckScene, WhatCostsOrIsOptimisedExists) {
+  const EditedScene cost =
+      EditScene(kPendulumYaml, kPendulumEnd, std::string(kPendulumEnd) + "loss: {task: [{type: @control_cost}]}\n");
+  EXPECT_EQ(ParseEditedScene(cost),
+            "f.yaml:" + cost.place +
+                ": loss.task[0].type: value 'control_cost': the scenario has no section controls or policy\n");
+  for (const std::string part : {"control", "policy"}) {
+    const EditedScene scene =
+        EditScene(kPendulumYaml, kPendulumEnd,
+                  std::string(kPendulumEnd) + "learning: {method: diffhand, optimize: [@" + part + "]}\n");
+    EXPECT_EQ(ParseEditedScene(scene), "f.yaml:" + scene.place + ": learning.optimize[0]: value '" + part +
+                                           "': the scenario has no section " +
+                                           (part == "control" ? "controls" : "policy") + "\n");
+  }
 }
 
 TEST(CheckScene, ControlsAloneAreOptimisedByName) {

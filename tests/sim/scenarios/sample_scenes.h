@@ -134,9 +134,28 @@ variation:
   - {key: "bodies.pea.initial.position[0]", distribution: uniform, lower: -20 mm, upper: 20 mm}
   - {key: "contacts[0].friction", distribution: normal, mean: 0.4, std: 0.05, truncate_at: 2}
   - {key: "loss.task[0].opening_center", distribution: uniform, lower: -1 mm, upper: 1 mm}
-controls: {actuators: [hinge, slider], interval: 100 ms, squash: none, initial: 0.5, lower: -1, upper: 0.75}
+controls: {actuators: [slider], interval: 100 ms, squash: none, initial: 0.5, lower: -1, upper: 0.75}
 learning: {method: simple_continual, optimize: [design, control], variations: 10, batch: 2, dimensions_per_batch: 1,
            alpha: 0.2, learning_rate: 0.5, decay: 0.4, optimizer: LD_MMA, max_evaluations: 7, seed: 9007199254740991}
+policy:
+  actuators: [hinge]
+  interval: 100 ms
+  observations:
+    - {type: angle, joint: hinge, offset: 10 deg, scale: 90 deg}
+    - {type: rate, joint: hinge, offset: 1 rad/s, scale: 5 rad/s}
+    - {type: displacement, joint: slider, offset: 1 mm, scale: 1 cm}
+    - {type: speed, joint: slider, offset: 2 mm/s, scale: 10 cm/s}
+    - {type: position, body: pill, point: [0 mm, 0 mm, 2 cm], in: pea, axis: y, offset: 1 cm, scale: 5 cm}
+    - {type: velocity, body: pea, point: [1 mm, 0 mm, 0 mm], axis: x, offset: 1 cm/s, scale: 20 cm/s}
+    - {type: direction, body: swivel, of: z, in: slider, axis: y, offset: 0.1, scale: 2}
+    - {type: angular_velocity, body: pea, axis: z, offset: 1 rad/s, scale: 9 rad/s}
+    - {type: time, offset: 0.1 s, scale: 0.5 s}
+    - {type: number, key: "loss.task[0].opening_center", offset: 1 mm, scale: 10 mm}
+  hidden: [4, 3]
+  squash: tanh
+  initial: {type: random, seed: 3, scale: 0.8}
+  lower: -2
+  upper: 2.5
 gradient: {tolerance: 1e-4, flagged: 0.1}
 evaluation: {variations: 20, seed: 12}
 )";
