@@ -21,7 +21,7 @@ using ScenarioFiles = std::map<std::string, std::string>;
 
 struct EngineRequest {
   std::vector<double> theta;      // design parameters
-  std::vector<double> controls;   // open loop, interval by interval, actuator by actuator; empty: none
+  std::vector<double> controls;   // open loop, by interval and actuator; then weights of a policy; empty: none
   std::vector<double> reference;  // theta, then controls: distillation against their trajectory; empty: task loss
   std::vector<double> variation;
   bool gradient = true;

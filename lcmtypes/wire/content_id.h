@@ -36,7 +36,7 @@ struct RequestContent {
   std::string_view engine;
   ContentId scenario{};
   std::span<const double> theta;
-  std::span<const double> controls;   // empty: none
+  std::span<const double> controls;   // and weights of a policy; empty: none
   std::span<const double> reference;  // theta, then controls; empty: task loss, else distillation
   std::span<const double> variation;
   bool gradient = true;

@@ -54,7 +54,7 @@ TEST_F(PolicyTest, IsLearnedWithTheDesignAndResumedToTheSameBits) {
   const nlohmann::json result = ReadResult("run");
   const auto initial = result["test"]["initial"]["loss_mean"].get<double>();
   const auto learned = result["test"]["learned"]["loss_mean"].get<double>();
-  EXPECT_LT(learned, 0.3 * initial) << initial;  // on goals that were not seen; measured: 0.13
+  EXPECT_LT(learned, 0.3 * initial) << initial;  // on goals that were not seen; measured: 0.17
   const nlohmann::json theta = result["theta"];
   ASSERT_EQ(theta["names"].size(), 9u + 220u);
   EXPECT_EQ(theta["names"][9 + 17], "policy[17]");

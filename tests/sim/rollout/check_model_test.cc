@@ -98,6 +98,36 @@ TEST_F(CheckModelTest, AMeshMustBeClosed) {
                   ": design.bodies.pusher.cage: value 'meshes/open.obj': must be closed and face outwards; it has "));
 }
 
+// A linear policy of one motor: two inputs and a bias.
+TEST_F(CheckModelTest, WeightsMustFitTheNetwork) {
+  constexpr char kCrank[] = R"(schema: 1
+name: crank
+bodies:
+  - name: crank
+    joint: {type: revolute, axis: [0, 1, 0], actuator: {type: force, limit: 1 N*m}}
+    shape: {type: sphere, radius: 20 mm}
+    inertia: {type: solid, mass: 1 kg}
+rollout: {horizon: 1 s, step: 5 ms}
+policy:
+  actuators: [crank]
+  interval: 50 ms
+  observations: [{type: angle, joint: crank}, {type: rate, joint: crank}]
+  hidden: []
+  initial: {type: file, file: weights.txt}
+learning: {method: diffhand, optimize: [policy]}
+)";
+  std::ofstream(folder_ / "weights.txt") << "0.5 -0.25\n0.125\n";
+  EXPECT_EQ(FindErrors(kCrank), "");
+  std::ofstream(folder_ / "weights.txt") << "0.5 -0.25\n";
+  EXPECT_EQ(FindErrors(kCrank),
+            "p.yaml:14:33: policy.initial.file: value 'weights.txt': weights.txt:2:1: has 2 weights; the policy's "
+            "network has 3\n");
+  std::ofstream(folder_ / "weights.txt") << "0.5 -9\n0.125\n";
+  EXPECT_EQ(FindErrors(kCrank),
+            "p.yaml:14:33: policy.initial.file: value 'weights.txt': weights.txt:1:5: value '-9': must lie from lower, "
+            "-3, to upper, 3\n");
+}
+
 // Errors of the format and of the model come together, and one does not cause another.
 TEST_F(CheckModelTest, AllErrorsAtOnce) {
   EditedScene scene = EditScene(ReadPushing(), "vertices: [20, 21, 22, 23]", "vertices: [20, 21, 22, @99]");
