@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <map>
 #include <string>
 #include <utility>
 #include <variant>
@@ -22,46 +23,55 @@ Vector3d MakeUnit(Axis axis) { return Vector3d::Unit(static_cast<int>(axis)); }
 // Of the tree. Bodies and joints exist and fit: the scene has been checked.
 class ObservationBuilder {
  public:
-  ObservationBuilder(const Scene& scene, const SceneModel& model) : scene_(scene), model_(model) {}
+  // Observed numbers are those of `scene`.
+  ObservationBuilder(Scene scene, const SceneModel& model) : model_(model) {
+    std::vector<std::string> keys;
+    for (const PolicyObservation& observation : scene.policy->observations) {
+      if (const auto* number = std::get_if<NumberObservation>(&observation)) keys.push_back(number->key);
+    }
+    if (keys.empty()) return;
+    const std::vector<double*> values = FindNumericKeys(scene, keys);
+    for (std::size_t i = 0; i < keys.size(); ++i) numbers_[keys[i]] = *values[i];
+  }
 
   Observation Make(const PolicyObservation& observation) {
-    Observation out =
-        std::visit(Overloaded{[&](const AngleObservation& o) { return MakeCoordinate(o.joint); },
-                              [&](const DisplacementObservation& o) { return MakeCoordinate(o.joint); },
-                              [&](const RateObservation& o) { return MakeRate(o.joint); },
-                              [&](const SpeedObservation& o) { return MakeRate(o.joint); },
-                              [&](const PositionObservation& o) {
-                                Observation made = MakeOfBody(ObservationKind::kPosition, o.body, o.axis);
-                                made.point = o.point;
-                                made.in = FindFrame(o.in);
-                                return made;
-                              },
-                              [&](const VelocityObservation& o) {
-                                Observation made = MakeOfBody(ObservationKind::kVelocity, o.body, o.axis);
-                                made.point = o.point;
-                                return made;
-                              },
-                              [&](const DirectionObservation& o) {
-                                Observation made = MakeOfBody(ObservationKind::kDirection, o.body, o.axis);
-                                made.in = FindFrame(o.in);
-                                made.of_axis = MakeUnit(o.of);
-                                return made;
-                              },
-                              [&](const AngularVelocityObservation& o) {
-                                return MakeOfBody(ObservationKind::kAngularVelocity, o.body, o.axis);
-                              },
-                              [&](const TimeObservation&) {
-                                Observation made;
-                                made.kind = ObservationKind::kTime;
-                                return made;
-                              },
-                              [&](const NumberObservation& o) {
-                                Observation made;
-                                made.kind = ObservationKind::kConstant;
-                                made.constant = *FindNumericKeys(scene_, std::vector<std::string>{o.key}).front();
-                                return made;
-                              }},
-                   observation);
+    Observation out = std::visit(Overloaded{[&](const AngleObservation& o) { return MakeCoordinate(o.joint); },
+                                            [&](const DisplacementObservation& o) { return MakeCoordinate(o.joint); },
+                                            [&](const RateObservation& o) { return MakeRate(o.joint); },
+                                            [&](const SpeedObservation& o) { return MakeRate(o.joint); },
+                                            [&](const PositionObservation& o) {
+                                              Observation made = MakeOfBody(ObservationKind::kPosition, o.body, o.axis);
+                                              made.point = o.point;
+                                              made.in = FindFrame(o.in);
+                                              return made;
+                                            },
+                                            [&](const VelocityObservation& o) {
+                                              Observation made = MakeOfBody(ObservationKind::kVelocity, o.body, o.axis);
+                                              made.point = o.point;
+                                              return made;
+                                            },
+                                            [&](const DirectionObservation& o) {
+                                              Observation made =
+                                                  MakeOfBody(ObservationKind::kDirection, o.body, o.axis);
+                                              made.in = FindFrame(o.in);
+                                              made.of_axis = MakeUnit(o.of);
+                                              return made;
+                                            },
+                                            [&](const AngularVelocityObservation& o) {
+                                              return MakeOfBody(ObservationKind::kAngularVelocity, o.body, o.axis);
+                                            },
+                                            [&](const TimeObservation&) {
+                                              Observation made;
+                                              made.kind = ObservationKind::kTime;
+                                              return made;
+                                            },
+                                            [&](const NumberObservation& o) {
+                                              Observation made;
+                                              made.kind = ObservationKind::kConstant;
+                                              made.constant = numbers_.at(o.key);
+                                              return made;
+                                            }},
+                                 observation);
     std::visit(
         [&](const auto& o) {
           out.offset = o.offset;
@@ -101,8 +111,8 @@ class ObservationBuilder {
 
   int FindFrame(const std::string& name) const { return name == kWorldName ? -1 : model_.body_index.at(name); }
 
-  Scene scene_;  // a copy, since its numbers are found as places to write to
   const SceneModel& model_;
+  std::map<std::string, double> numbers_;  // by their keys
 };
 
 }  // namespace

@@ -120,11 +120,11 @@ learning: {method: diffhand, optimize: [policy]}
   EXPECT_EQ(FindErrors(kCrank), "");
   std::ofstream(folder_ / "weights.txt") << "0.5 -0.25\n";
   EXPECT_EQ(FindErrors(kCrank),
-            "p.yaml:14:33: policy.initial.file: value 'weights.txt': weights.txt:2:1: has 2 weights; the policy's "
+            "p.yaml:14:31: policy.initial.file: value 'weights.txt': weights.txt:2:1: has 2 weights; the policy's "
             "network has 3\n");
   std::ofstream(folder_ / "weights.txt") << "0.5 -9\n0.125\n";
   EXPECT_EQ(FindErrors(kCrank),
-            "p.yaml:14:33: policy.initial.file: value 'weights.txt': weights.txt:1:5: value '-9': must lie from lower, "
+            "p.yaml:14:31: policy.initial.file: value 'weights.txt': weights.txt:1:5: value '-9': must lie from lower, "
             "-3, to upper, 3\n");
 }
 
