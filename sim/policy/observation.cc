@@ -41,7 +41,7 @@ double CalcRaw(const Observation& o, const FeedbackState& at) {
       return at.q(o.index);
     case ObservationKind::kRate:
       return at.v(o.index);
-    case ObservationKind::kTime:
+    case ObservationKind::kElapsedTime:
       return at.time;
     case ObservationKind::kConstant:
       return o.constant;
@@ -75,7 +75,7 @@ void PullBackObservation(const Observation& o, const FeedbackState& at, double b
     case ObservationKind::kRate:
       out->v(o.index) += s;
       return;
-    case ObservationKind::kTime:
+    case ObservationKind::kElapsedTime:
     case ObservationKind::kConstant:
       return;
     default:

@@ -25,7 +25,7 @@ enum class ObservationKind {
   kVelocity,
   kDirection,
   kAngularVelocity,
-  kTime,
+  kElapsedTime,
   kConstant,
 };
 

@@ -62,7 +62,7 @@ class ObservationBuilder {
                                             },
                                             [&](const TimeObservation&) {
                                               Observation made;
-                                              made.kind = ObservationKind::kTime;
+                                              made.kind = ObservationKind::kElapsedTime;
                                               return made;
                                             },
                                             [&](const NumberObservation& o) {

@@ -40,7 +40,7 @@ std::vector<Observation> MakeObservations(RandomTree* random) {
   }
   for (const ObservationKind kind :
        {ObservationKind::kPosition, ObservationKind::kPosition, ObservationKind::kVelocity, ObservationKind::kDirection,
-        ObservationKind::kAngularVelocity, ObservationKind::kTime, ObservationKind::kConstant}) {
+        ObservationKind::kAngularVelocity, ObservationKind::kElapsedTime, ObservationKind::kConstant}) {
     Observation o;
     o.kind = kind;
     o.body = random->Pick(n);
