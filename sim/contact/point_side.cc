@@ -4,6 +4,13 @@
 #include <limits>
 
 namespace knap {
+namespace {
+
+// How far a ball may move before its triangles are looked up again, as a share of its radius: more asks the tree less
+// often, less leaves fewer triangles to try.
+constexpr double kTriangleMargin = 0.05;
+
+}  // namespace
 
 using Eigen::AlignedBox3d;
 using Eigen::Matrix3d;
@@ -77,9 +84,13 @@ const std::vector<int>& NearPoints::FindTriangles(const PointSide& side, int i, 
   const Vector3d reach = Vector3d::Constant(side.rho);
   const AlignedBox3d ball(c - reach, c + reach);
   if (!near.box.contains(ball)) {
-    const Vector3d margin = Vector3d::Constant(0.25 * side.rho);
+    const Vector3d margin = Vector3d::Constant(kTriangleMargin * side.rho);
     near.box = AlignedBox3d(ball.min() - margin, ball.max() + margin);
     side.surface_mesh->bvh().FindTriangles(near.box, &near.triangles);
+    // The box's corners hold many that no ball in it reaches.
+    const double farthest = side.rho + margin.norm();
+    const std::vector<TriangleFrame>& frames = side.surface_mesh->frames();
+    std::erase_if(near.triangles, [&](int t) { return !MayReach(frames[t], c, farthest); });
   }
   return near.triangles;
 }
@@ -108,6 +119,7 @@ bool CalcElasticPoint(const PointSide& side, NearPoints* near, int i, const Vect
   } else {
     for (const int t : near->FindTriangles(side, i, c)) {
       const TriangleFrame& frame = side.surface_mesh->frames()[t];
+      if (!MayReach(frame, c, side.rho)) continue;
       const SphereTriangleIntegrals part = CalcSphereTriangle(frame, c, side.rho);
       if (part.active) integrals->Add(part, frame.n);
     }
@@ -137,6 +149,7 @@ void PullBackSurfaceMesh(const PointSide& side, NearPoints* near, int i, const V
   const Vector3d bar_g = j.dN_dg * bar.N + j.dn_dg.transpose() * bar.n + j.dl_dg.transpose() * bar.l;
   for (const int t : near->FindTriangles(side, i, c)) {
     const TriangleFrame& frame = side.surface_mesh->frames()[t];
+    if (!MayReach(frame, c, side.rho)) continue;
     const SphereTriangleIntegrals part = CalcSphereTriangle(frame, c, side.rho);
     if (!part.active) continue;
     const std::array<Vector3d, 3> bar_v = PullBackSphereTriangle(frame, part, c, side.rho, bar_W, bar_g);

@@ -18,21 +18,19 @@ struct EdgeSpan {
   double t_begin = 0.0;  // of the edge's own ends
   double tau1 = 0.0;
   double tau2 = 0.0;
-};
 
-EdgeSpan CalcEdgeSpan(const TriangleFrame& triangle, int k, const Eigen::Vector3d& foot, double a2) {
-  EdgeSpan span;
-  const Eigen::Vector3d y = triangle.v[k] - foot;
-  span.p = triangle.m[k].dot(y);
-  span.q2 = a2 - span.p * span.p;
-  span.t_begin = triangle.e[k].dot(y);
-  if (span.q2 <= 0.0) return span;
-  const double q = std::sqrt(span.q2);
-  span.tau1 = std::max(span.t_begin, -q);
-  span.tau2 = std::min(span.t_begin + triangle.length[k], q);
-  span.inside = span.tau2 > span.tau1;
-  return span;
-}
+  EdgeSpan(const TriangleFrame& triangle, int k, const Eigen::Vector3d& foot, double a2) {
+    const Eigen::Vector3d y = triangle.v[k] - foot;
+    p = triangle.m[k].dot(y);
+    q2 = a2 - p * p;
+    t_begin = triangle.e[k].dot(y);
+    if (q2 <= 0.0) return;
+    const double q = std::sqrt(q2);
+    tau1 = std::max(t_begin, -q);
+    tau2 = std::min(t_begin + triangle.length[k], q);
+    inside = tau2 > tau1;
+  }
+};
 
 // ∫ t^k (q² − t²) dt over the span, k = 0, 1, 2.
 struct EdgeMoments {
@@ -76,13 +74,13 @@ SphereTriangleIntegrals CalcSphereTriangle(const TriangleFrame& triangle, const 
 
   bool foot_inside = true;
   bool any_edge = false;
-  std::array<EdgeSpan, 3> spans;
-  for (int k = 0; k < 3; ++k) {
-    spans[k] = CalcEdgeSpan(triangle, k, foot, a2);
+  const std::array<EdgeSpan, 3> spans{EdgeSpan(triangle, 0, foot, a2), EdgeSpan(triangle, 1, foot, a2),
+                                      EdgeSpan(triangle, 2, foot, a2)};
+  for (const EdgeSpan& s : spans) {
     // The disc is wholly beyond this edge.
-    if (spans[k].p < 0.0 && spans[k].q2 <= 0.0) return out;
-    foot_inside = foot_inside && spans[k].p > 0.0;
-    any_edge = any_edge || spans[k].inside;
+    if (s.p < 0.0 && s.q2 <= 0.0) return out;
+    foot_inside = foot_inside && s.p > 0.0;
+    any_edge = any_edge || s.inside;
   }
   if (!foot_inside && !any_edge) return out;
 
@@ -150,7 +148,7 @@ std::array<Eigen::Vector3d, 3> PullBackSphereTriangle(const TriangleFrame& trian
   std::array<double, 3> height{};  // of the triangle over edge k
   for (int k = 0; k < 3; ++k) {
     height[k] = triangle.m[k].dot(triangle.v[k] - triangle.v[(k + 2) % 3]);
-    const EdgeSpan s = CalcEdgeSpan(triangle, k, foot, a2);
+    const EdgeSpan s(triangle, k, foot, a2);
     if (!s.inside) continue;
     const EdgeMoments i = CalcEdgeMoments(s);
     const double alpha = bar_W + h * gamma_n - s.p * bar_g.dot(triangle.m[k]);

@@ -49,6 +49,19 @@ struct SphereTriangleIntegrals {
   Eigen::Matrix3d edge_moment = Eigen::Matrix3d::Zero();  // Σ ∫ s (q² − t²) dt mᵀ
 };
 
+// False only where the sphere does not reach the triangle: it misses the plane, or the disc it cuts out of the plane
+// lies wholly beyond one edge. A quick test, in the order of what most often decides.
+inline bool MayReach(const TriangleFrame& triangle, const Eigen::Vector3d& c, double r) {
+  const Eigen::Vector3d y = triangle.v[0] - c;
+  const double h = triangle.n.dot(y);
+  const double a2 = r * r - h * h;
+  if (a2 <= 0.0) return false;
+  const auto beyond = [a2](double p) { return p < 0.0 && p * p >= a2; };
+  // m lies in the plane, so distances from the edges are the same for c as for its foot; edges 0 and 2 meet in v0.
+  return !beyond(triangle.m[0].dot(y)) && !beyond(triangle.m[2].dot(y)) &&
+         !beyond(triangle.m[1].dot(triangle.v[1] - c));
+}
+
 SphereTriangleIntegrals CalcSphereTriangle(const TriangleFrame& triangle, const Eigen::Vector3d& c, double r);
 
 // The same integrals over the whole plane through the point with unit normal n at signed distance h = n·(c − point):

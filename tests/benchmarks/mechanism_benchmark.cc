@@ -109,6 +109,7 @@ void MeasureRollout(benchmark::State& state, const char* config, const std::vect
   double forward = 0.0;
   double gradient = 0.0;
   double steps = 0.0;
+  double newton = 0.0;
   for (auto _ : state) {
     const RolloutOutput out = model.Run(input, {});
     benchmark::DoNotOptimize(out.loss);
@@ -116,10 +117,12 @@ void MeasureRollout(benchmark::State& state, const char* config, const std::vect
     forward += model.forward_s;
     gradient += model.gradient_s;
     steps += out.steps;
+    newton += static_cast<double>(out.certificate.newton_iterations);
   }
   state.counters["steps_per_s"] = steps / forward;
   state.counters["us_per_step"] = 1e6 * forward / steps;
   state.counters["gradient_to_forward"] = gradient / forward;
+  state.counters["newton_per_step"] = newton / steps;
 }
 
 void BM_Reaching(benchmark::State& state) { MeasureRollout(state, "reaching.yaml", {}); }
