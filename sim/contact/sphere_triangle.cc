@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "sim/math/check.h"
@@ -93,15 +92,13 @@ SphereTriangleIntegrals CalcSphereTriangle(const TriangleFrame& triangle, const 
     const double p = s.p;
     const double d1 = s.tau2 - s.tau1;
     const double d3 = (s.tau2 * s.tau2 * s.tau2 - s.tau1 * s.tau1 * s.tau1) / 3.0;
-    const double d5 = (std::pow(s.tau2, 5) - std::pow(s.tau1, 5)) / 5.0;
-    // An edge through the foot counts as passed from inside, the side on which foot_inside is false.
-    const double divisor = p == 0.0 ? -std::numeric_limits<double>::denorm_min() : p;
-    angle -= std::atan(s.tau2 / divisor) - std::atan(s.tau1 / divisor);
+    // The angle at which the foot sees the span. A foot on the edge counts as beyond it, as in foot_inside.
+    angle -= std::atan2(p == 0.0 ? -0.0 : p * d1, p * p + s.tau1 * s.tau2);
     polynomial_A0 += p * d1;
     polynomial_W += p * ((0.5 * a2 - 0.25 * p * p) * d1 - 0.25 * d3);
     const EdgeMoments moments = CalcEdgeMoments(s);
     out.A1 -= 0.5 * moments.i0 * triangle.m[k];
-    out.M1 -= 0.25 * (s.q2 * s.q2 * d1 - 2.0 * s.q2 * d3 + d5) * triangle.m[k];
+    out.M1 -= 0.25 * (s.q2 * moments.i0 - moments.i2) * triangle.m[k];
     out.edge_moment += (p * moments.i0 * triangle.m[k] + moments.i1 * triangle.e[k]) * triangle.m[k].transpose();
   }
   out.A0 = 0.5 * (polynomial_A0 + a2 * angle);

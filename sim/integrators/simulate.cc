@@ -181,7 +181,9 @@ bool Simulator::SolveStep(double time, const BdfCoefficients& c, const Simulatio
     double sum = 0.0;
     for (Eigen::Index row = 0; row < r_.size(); ++row) {
       const double scale = scale_now_(row) > 1e-6 * scale_(row) ? scale_now_(row) : scale_(row);
-      if (r_(row) != 0.0) sum += std::pow(r_(row) / scale, 2);
+      if (r_(row) == 0.0) continue;
+      const double share = r_(row) / scale;
+      sum += share * share;
     }
     return sum;
   };

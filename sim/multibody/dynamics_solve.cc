@@ -101,7 +101,7 @@ bool Dynamics::FactorJoint(int i, const VectorXd& xi, double c_v, double c_a) {
     turned.col(c) = CrossForce(S_pose, F);
   }
   const Matrix6xn S = a.S.template leftCols<n>();
-  const Matrix6xn PU = a.P * a.U.template leftCols<n>();
+  const Matrix6xn PU = a.P.lazyProduct(a.U.template leftCols<n>());
   Eigen::Matrix<double, n, n> M = S.transpose() * PU;
   const JointForce& force = joint_forces_[i];
   M -= force.by_pose.template topLeftCorner<n, n>() * Jr;
@@ -116,7 +116,7 @@ bool Dynamics::FactorJoint(int i, const VectorXd& xi, double c_v, double c_a) {
   }
   if (i == root_[i]) return true;
   a.G.template leftCols<n>() = PU + turned;
-  const Eigen::Matrix<double, n, 18> SP = S.transpose() * a.P;
+  const Eigen::Matrix<double, n, 18> SP = S.transpose().lazyProduct(a.P);
   const Eigen::Matrix<double, n, 18> N = a.M_inverse.template topLeftCorner<n, n>() * SP;
   a.N.template topRows<n>() = N;
   a.P.noalias() -= a.G.template leftCols<n>() * N;
