@@ -18,7 +18,8 @@ void CalcRates(const BdfCoefficients& c, const Eigen::Ref<const VectorXd>& xi,
   *vdot = c.g0 * *v + c.g1 * v_now + c.g2 * v_before;
 }
 
-Simulator::Simulator(Dynamics* dynamics, ContactModel* contacts) : dynamics_(dynamics), contacts_(contacts) {
+Simulator::Simulator(Dynamics* dynamics, ContactModel* contacts)
+    : dynamics_(dynamics), contacts_(contacts), predictor_(dynamics->tree().nv()) {
   const Tree& tree = dynamics->tree();
   q_.setZero(tree.nq());
   for (VectorXd* x : {&v_, &xi_, &xi_trial_, &vdot_, &r_, &magnitude_, &scale_, &scale_now_, &dx_, &zero_}) {
@@ -74,6 +75,10 @@ Trajectory Simulator::Run(const VectorXd& q0, const VectorXd& v0, const Simulati
 bool Simulator::TakeSteps(int begin, int end, const SimulationOptions& options, Feedback* feedback,
                           Trajectory* trajectory) {
   const ControlSequence& controls = trajectory->controls;
+  // Afresh with every block, so that one simulated again comes out the same. State 0 has no acceleration yet.
+  predictor_.Clear();
+  const int k = trajectory->size() - 1;
+  if (begin > 0) predictor_.Push(trajectory->coefficients(k).h, trajectory->vdot(k));
   for (int n = begin; n < end; ++n) {
     const int states_before = trajectory->size();
     if (feedback != nullptr && n % controls.steps_per_interval == 0) {
@@ -172,8 +177,10 @@ bool Simulator::SolveStep(double time, const BdfCoefficients& c, const Simulatio
                           Trajectory* trajectory) {
   const int k = trajectory->size() - 1;
   contacts_->BeginStep(c.h, bristles_);
-  // Start where constant acceleration would lead.
-  xi_trial_ = c.alpha * trajectory->xi(k) + (trajectory->v(k) + c.h * trajectory->vdot(k)) / c.c_v;
+  // Start where the predicted acceleration would lead.
+  predictor_.Predict(c.h, &vdot_);
+  xi_trial_ = c.alpha * trajectory->xi(k) +
+              (vdot_ - c.g1 * trajectory->v(k) - c.g2 * trajectory->v(std::max(k - 1, 0))) / (c.g0 * c.c_v);
   double scaled = Evaluate(time, c, *trajectory);
   // Judged by the scales before the step, so that growing forces do not hide a growing residual; a joint on which
   // next to nothing acted has none yet, and takes the trial's.
@@ -220,6 +227,7 @@ bool Simulator::SolveStep(double time, const BdfCoefficients& c, const Simulatio
   trajectory->certificate.worst_residual = std::max(trajectory->certificate.worst_residual, scaled);
   bristles_ = contacts_->bristles();
   trajectory->Append(time + c.h, c, q_, v_, xi_trial_, vdot_, bristles_);
+  predictor_.Push(c.h, vdot_);
   NoteContacts(time + c.h, trajectory);
   if (observer) observer(time + c.h);
   return true;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "sim/contact/contact_model.h"
+#include "sim/integrators/acceleration_predictor.h"
 #include "sim/integrators/control_sequence.h"
 #include "sim/integrators/feedback.h"
 #include "sim/integrators/trajectory.h"
@@ -72,6 +73,7 @@ class Simulator {
   std::vector<bool> was_active_;
   std::vector<int> joint_of_row_;
   Bristles bristles_;  // at the start of the step
+  AccelerationPredictor predictor_;
   // Scratch of one step.
   Eigen::VectorXd q_, v_, xi_, xi_trial_, vdot_, r_, magnitude_, scale_, scale_now_, dx_, zero_;
 };
