@@ -10,6 +10,7 @@ using Eigen::VectorXd;
 
 Dynamics::Dynamics(const Tree& tree) : tree_(&tree) {
   const int n = tree.size();
+  prescribed_.resize(n);
   kinematics_.resize(n);
   external_.resize(n);
   F_.resize(n);
@@ -76,7 +77,8 @@ void Dynamics::CalcKinematics(const VectorXd& q, const VectorXd& v, const Vector
       case JointType::kFixed:
         break;
       case JointType::kPrescribed: {
-        const PrescribedState state = body.motion(time);
+        PrescribedState& state = prescribed_[i];
+        if (time != prescribed_time_) state = body.motion(time);
         X_FB = state.X_FB;
         k.V_joint = state.V;
         A_joint = state.A;
@@ -121,6 +123,7 @@ void Dynamics::CalcKinematics(const VectorXd& q, const VectorXd& v, const Vector
     external_[i].dF_deta.setZero();
     external_[i].dF_dV.setZero();
   }
+  prescribed_time_ = time;
   CalcJointForces();
 }
 

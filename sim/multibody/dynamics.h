@@ -27,6 +27,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <limits>
 #include <vector>
 
 #include "sim/math/dense_lu.h"
@@ -141,20 +142,21 @@ class Dynamics {
                           ParameterCotangents* parameters) const;
 
  private:
-  using Matrix6x18 = Eigen::Matrix<double, 6, 18>;
+  using Matrix18x6 = Eigen::Matrix<double, 18, 6>;
   using Matrix18x3 = Eigen::Matrix<double, 18, 3>;
   using Matrix6x3 = Eigen::Matrix<double, 6, 3>;
   using Vector18d = Eigen::Matrix<double, 18, 1>;
 
-  // Of one body, in R.
+  // Of one body, in R. P and N lie on their sides, so that the loops over a perturbation's 18 numbers run through
+  // neighbours in memory.
   struct Articulated {
     Pose X_RB;
     Matrix6x3 S;
-    Matrix6x18 P;
+    Matrix18x6 Pt;  // Pᵀ
     Matrix18x3 U;
-    Matrix6x3 G;                     // P U + the turning of the subtree's own wrench with the joint
-    Eigen::Matrix3d M_inverse;       // zero beyond the joint's freedoms
-    Eigen::Matrix<double, 3, 18> N;  // M⁻¹ Sᵀ P
+    Matrix6x3 G;                // P U + the turning of the subtree's own wrench with the joint
+    Eigen::Matrix3d M_inverse;  // zero beyond the joint's freedoms
+    Matrix18x3 Nt;              // (M⁻¹ Sᵀ P)ᵀ
   };
 
   template <int n>
@@ -183,6 +185,8 @@ class Dynamics {
   std::vector<int> dof_;
   std::vector<int> root_;  // of a dynamic body: the first dynamic body on its path from the world
   std::vector<Eigen::Matrix<double, 6, 3>> S_;
+  std::vector<PrescribedState> prescribed_;  // of prescribed joints, at prescribed_time_
+  double prescribed_time_ = std::numeric_limits<double>::quiet_NaN();
   std::vector<BodyKinematics> kinematics_;
   std::vector<ExternalWrench> external_;
   std::vector<Vector6d> F_;

@@ -33,23 +33,24 @@ void Dynamics::StartArticulated(int i) {
   const Vector3d p = m * v + w.cross(h);
   const Vector3d L = I * w + h.cross(v);
 
-  a.P.leftCols<9>().setZero();
+  // Rows of Pᵀ: the pose, the twist, and the third part of z; columns: the moment and the force.
+  a.Pt.topRows<9>().setZero();
   Matrix3d turning = Skew(w) * I;
   turning -= Skew(L) + v * h.transpose() + h * v.transpose();
   turning -= I * Skew(w);
   turning.diagonal().array() += 2.0 * v.dot(h);
-  a.P.block<3, 3>(0, 6) = turning;
-  a.P.block<3, 3>(3, 6) = -2.0 * Skew(p);
-  a.P.middleCols<3>(9).setZero();
-  a.P.block<3, 3>(0, 12) = I;
-  a.P.block<3, 3>(0, 15) = Skew(h);
-  a.P.block<3, 3>(3, 12) = -Skew(h);
-  a.P.block<3, 3>(3, 15) = m * Matrix3d::Identity();
+  a.Pt.block<3, 3>(6, 0) = turning.transpose();
+  a.Pt.block<3, 3>(6, 3) = 2.0 * Skew(p);
+  a.Pt.middleRows<3>(9).setZero();
+  a.Pt.block<3, 3>(12, 0) = I.transpose();
+  a.Pt.block<3, 3>(15, 0) = -Skew(h);
+  a.Pt.block<3, 3>(12, 3) = Skew(h);
+  a.Pt.block<3, 3>(15, 3) = m * Matrix3d::Identity();
   const ExternalWrench& external = external_[i];
   if ((external.dF_deta.array() != 0.0).any() || (external.dF_dV.array() != 0.0).any()) {
     const Matrix6d X = TwistMatrix(a.X_RB);
-    a.P.leftCols<6>() -= X.transpose() * external.dF_deta * X;
-    a.P.middleCols<6>(6) -= X.transpose() * external.dF_dV * X;
+    a.Pt.topRows<6>() -= X.transpose() * external.dF_deta.transpose() * X;
+    a.Pt.middleRows<6>(6) -= X.transpose() * external.dF_dV.transpose() * X;
   }
 }
 
@@ -63,13 +64,13 @@ bool Dynamics::Factor(const VectorXd& xi, double c_v, double c_a) {
     if (dof_[i] == 1) ok = FactorJoint<1>(i, xi, c_v, c_a);
     if (dof_[i] == 3) ok = FactorJoint<3>(i, xi, c_v, c_a);
     if (!ok) return false;
-    if (i != root_[i]) articulated_[tree_->bodies()[i].parent].P += articulated_[i].P;
+    if (i != root_[i]) articulated_[tree_->bodies()[i].parent].Pt += articulated_[i].Pt;
   }
   return FactorCoupling();
 }
 
 // Eliminates the joint's increment from dF = P z_i, z_i = z_p + U dxi, where what reaches the parent is dF plus the
-// turning of F with the joint: P becomes P − G N, to be applied to z_p.
+// turning of F with the joint: P becomes P − G N, N = M⁻¹ Sᵀ P, to be applied to z_p.
 template <int n>
 bool Dynamics::FactorJoint(int i, const VectorXd& xi, double c_v, double c_a) {
   using Matrix6xn = Eigen::Matrix<double, 6, n>;
@@ -101,7 +102,7 @@ bool Dynamics::FactorJoint(int i, const VectorXd& xi, double c_v, double c_a) {
     turned.col(c) = CrossForce(S_pose, F);
   }
   const Matrix6xn S = a.S.template leftCols<n>();
-  const Matrix6xn PU = a.P.lazyProduct(a.U.template leftCols<n>());
+  const Matrix6xn PU = a.Pt.transpose().lazyProduct(a.U.template leftCols<n>());
   Eigen::Matrix<double, n, n> M = S.transpose() * PU;
   const JointForce& force = joint_forces_[i];
   M -= force.by_pose.template topLeftCorner<n, n>() * Jr;
@@ -116,10 +117,11 @@ bool Dynamics::FactorJoint(int i, const VectorXd& xi, double c_v, double c_a) {
   }
   if (i == root_[i]) return true;
   a.G.template leftCols<n>() = PU + turned;
-  const Eigen::Matrix<double, n, 18> SP = S.transpose().lazyProduct(a.P);
-  const Eigen::Matrix<double, n, 18> N = a.M_inverse.template topLeftCorner<n, n>() * SP;
-  a.N.template topRows<n>() = N;
-  a.P.noalias() -= a.G.template leftCols<n>() * N;
+  // Products as they stand: Eigen's general one, for large matrices, costs several times as much here.
+  const Eigen::Matrix<double, 18, n> SPt = a.Pt.lazyProduct(S);
+  const Eigen::Matrix<double, n, n> M_inverse_t = a.M_inverse.template topLeftCorner<n, n>().transpose();
+  a.Nt.template leftCols<n>() = SPt.lazyProduct(M_inverse_t);
+  a.Pt -= a.Nt.template leftCols<n>().lazyProduct(a.G.template leftCols<n>().transpose());
   return true;
 }
 
@@ -150,7 +152,7 @@ void Dynamics::SolveTree(const VectorXd& rhs, VectorXd* x) {
       z_[i].setZero();
     } else {
       z_[i] = z_[body.parent];
-      for (int k = 0; k < dof_[i]; ++k) (*x)(body.v_start + k) -= a.N.row(k).dot(z_[body.parent]);
+      for (int k = 0; k < dof_[i]; ++k) (*x)(body.v_start + k) -= a.Nt.col(k).dot(z_[body.parent]);
     }
     for (int k = 0; k < dof_[i]; ++k) z_[i] += a.U.col(k) * (*x)(body.v_start + k);
   }
@@ -168,7 +170,7 @@ void Dynamics::SolveTreeTransposed(const VectorXd& rhs, VectorXd* x) {
     if (i == root_[i]) continue;
     Vector18d& z = z_[body.parent];
     z += z_[i];
-    for (int k = 0; k < dof_[i]; ++k) z -= a.N.row(k).transpose() * (*x)(body.v_start + k);
+    for (int k = 0; k < dof_[i]; ++k) z -= a.Nt.col(k) * (*x)(body.v_start + k);
   }
   for (int i = 0; i < count; ++i) {
     if (!dynamic_[i]) continue;
