@@ -11,6 +11,7 @@
 #include "sim/integrators/simulate.h"
 #include "sim/rollout/rollout.h"
 #include "sim/scenarios/scenario_files.h"
+#include "tests/sim/dynamics/flipping.h"
 #include "tests/sim/dynamics/mechanisms.h"
 #include "tests/sim/dynamics/rope.h"
 
@@ -74,6 +75,7 @@ void Measure(benchmark::State& state, const Tree& tree, const std::vector<Contac
   state.counters["us_per_step"] = 1e6 * forward / steps;
   state.counters["gradient_to_forward"] = adjoint / forward;
   state.counters["newton_per_step"] = newton / steps;
+  state.counters["us_per_newton"] = 1e6 * forward / newton;
 }
 
 // DiffHand's Reaching: 5 ms, controls held for 20 steps.
@@ -132,16 +134,39 @@ BENCHMARK(BM_Reaching)->Unit(benchmark::kMillisecond);
 void BM_Pushing(benchmark::State& state) { MeasureRollout(state, "pushing.yaml", {0.007, 0.095}); }
 BENCHMARK(BM_Pushing)->Unit(benchmark::kMillisecond);
 
-// Ball joints, swinging freely.
-void BM_Chain(benchmark::State& state) {
-  const Tree tree = test::MakeChain(static_cast<int>(state.range(0)), 2e-5);
+void BM_Flipping(benchmark::State& state) {
+  const test::Flipping flipping = test::MakeFlipping();
+  Measure(state, flipping.tree, flipping.contacts, flipping.q0, flipping.options, flipping.controls);
+}
+BENCHMARK(BM_Flipping)->Unit(benchmark::kMillisecond);
+
+void MeasureChain(benchmark::State& state, const Tree& tree, const VectorXd& q0) {
   SimulationOptions options;
   options.step = 2e-3;
   options.steps = 250;
   options.newton_tolerance = 1e-10;
-  Measure(state, tree, {}, MakeCrookedPositions(tree), options, {});
+  Measure(state, tree, {}, q0, options, {});
+}
+
+// Ball joints, a straight chain that swings from its upper end: one motion whatever the number of links, so the time of
+// a step shows what a link costs.
+void BM_Chain(benchmark::State& state) {
+  const Tree tree = test::MakeChain(static_cast<int>(state.range(0)), 2e-5);
+  VectorXd q0 = tree.MakeDefaultPositions();
+  VectorXd start = VectorXd::Zero(tree.nv());
+  start.head<3>() << 0.3, 0.2, 0.1;
+  tree.AddIncrement(tree.MakeDefaultPositions(), start, &q0);
+  MeasureChain(state, tree, q0);
 }
 BENCHMARK(BM_Chain)->Arg(5)->Arg(10)->Arg(15)->Arg(20)->Arg(40)->Arg(80)->Unit(benchmark::kMillisecond);
+
+// The same chain bent at every joint. Its kinks run along it the faster the more links pull below: the step stays, the
+// motion does not, and Newton needs more iterations.
+void BM_KinkedChain(benchmark::State& state) {
+  const Tree tree = test::MakeChain(static_cast<int>(state.range(0)), 2e-5);
+  MeasureChain(state, tree, MakeCrookedPositions(tree));
+}
+BENCHMARK(BM_KinkedChain)->Arg(5)->Arg(20)->Arg(80)->Unit(benchmark::kMillisecond);
 
 // Half a second of a rope that falls onto the spool it is wound around.
 // Argument: the size of the spool's ends, in percent of its middle.

@@ -18,40 +18,50 @@ Matrix6d MakeBoxInertia(double mass, const Vector3d& side, const Vector3d& cente
 
 }  // namespace
 
-Tree MakeFinger() {
-  Tree tree;
-  tree.gravity.setZero();
+std::vector<BoxLink> AddFinger(Tree* tree, int parent, const Actuator& motor) {
   constexpr double kDensity = 1000.0;
-  constexpr double kEffort = 6e5 * 1e-7;   // dyn cm
   constexpr double kDamping = 1e5 * 1e-7;  // dyn cm s
-  // A box from x0 to x1 about the body's origin; `at` is the joint in the parent's frame.
-  const auto add = [&](const std::string& name, int parent, JointType joint, const Vector3d& axis, double at, double x0,
-                       double x1, double width, double height) {
+  std::vector<BoxLink> links;
+  // `at` is the joint in the frame of the link before.
+  const auto add = [&](const std::string& name, JointType joint, const Vector3d& axis, double at, double x0, double x1,
+                       double width, double height) {
     TreeBody body;
     body.name = name;
-    body.parent = parent;
+    body.parent = links.empty() ? parent : links.back().body;
     body.joint = joint;
     body.axis = axis;
     body.X_PF.p.x() = at;
     const Vector3d side(x1 - x0, width, height);
     body.M = MakeBoxInertia(kDensity * side.prod(), side, Vector3d(0.5 * (x0 + x1), 0.0, 0.0));
     if (joint != JointType::kFixed) body.law.damping = kDamping;
-    const int index = tree.AddBody(body);
-    if (joint != JointType::kFixed) tree.AddActuator({index, 0, ActuatorKind::kForce, kEffort, 0.0, 0.0});
-    return index;
+    links.push_back({tree->AddBody(body), x0, x1, width, height});
+    if (joint == JointType::kFixed) return;
+    Actuator actuator = motor;
+    actuator.body = links.back().body;
+    actuator.dof = 0;
+    tree->AddActuator(actuator);
   };
   const Vector3d y = Vector3d::UnitY();
-  const int palm = add("palm", -1, JointType::kFixed, y, 0.0, 0.0, 0.007, 0.016, 0.0324);
-  int last = add("knuckle", palm, JointType::kRevolute, Vector3d::UnitZ(), 0.023, -0.016, 0.0115, 0.021, 0.029);
+  add("palm", JointType::kFixed, y, 0.0, 0.0, 0.007, 0.016, 0.0324);
+  add("knuckle", JointType::kRevolute, Vector3d::UnitZ(), 0.023, -0.016, 0.0115, 0.021, 0.029);
   double end = 0.0115;
   for (int i = 0; i < 3; ++i) {
     const std::string number = std::to_string(i);
-    const int joint =
-        add("joint " + number, last, JointType::kRevolute, y, end + 0.0098, -0.0098, 0.0108, 0.026, 0.026);
-    last = add("phalanx " + number, joint, JointType::kFixed, y, 0.0108, 0.0, 0.0234, 0.026, 0.026);
+    add("joint " + number, JointType::kRevolute, y, end + 0.0098, -0.0098, 0.0108, 0.026, 0.026);
+    add("phalanx " + number, JointType::kFixed, y, 0.0108, 0.0, 0.0234, 0.026, 0.026);
     end = 0.0234;
   }
-  add("tip", last, JointType::kFixed, y, end, 0.0, 0.0221, 0.026, 0.026);
+  add("tip", JointType::kFixed, y, end, 0.0, 0.0221, 0.026, 0.026);
+  return links;
+}
+
+Tree MakeFinger() {
+  Tree tree;
+  tree.gravity.setZero();
+  Actuator motor;
+  motor.kind = ActuatorKind::kForce;
+  motor.effort_limit = 6e5 * 1e-7;  // dyn cm
+  AddFinger(&tree, -1, motor);
   return tree;
 }
 
