@@ -28,9 +28,10 @@ RelativeMotion RelativeMotion::Make(const Pose& X_WB, const Vector6d& V_B, const
 
 NearPoints::NearPoints(const PointSide& side) {
   const std::vector<Vector3d>& points = side.points();
-  if (side.point_mesh) {
-    points_.reserve(points.size());
-    found_.reserve(points.size());
+  looks_up_ = side.law == PointSide::Law::kField && points.size() > 1;
+  points_.reserve(points.size());
+  if (looks_up_) {
+    if (side.point_mesh) found_.reserve(points.size());
     const Vector3d& reach = side.field.reach();
     if (std::isinf(reach.x())) {
       for (const Vector3d& p : points) extent_ = std::max(extent_, p.norm());
@@ -41,7 +42,6 @@ NearPoints::NearPoints(const PointSide& side) {
     }
   } else {
     for (int i = 0; i < static_cast<int>(points.size()); ++i) points_.push_back(i);
-    valid_ = true;
   }
   if (side.surface_mesh) {
     triangles_.resize(points.size());
@@ -50,7 +50,7 @@ NearPoints::NearPoints(const PointSide& side) {
 }
 
 const std::vector<int>& NearPoints::FindPoints(const PointSide& side, const Pose& X_SB) {
-  if (!side.point_mesh) return points_;
+  if (!looks_up_) return points_;
   const bool infinite = std::isinf(side.field.reach().x());
   // Places of B as seen from S move by no more than this since the list was made (or of S from B, likewise).
   const Pose X_BS{X_SB.R.transpose(), -(X_SB.R.transpose() * X_SB.p)};
@@ -63,19 +63,25 @@ const std::vector<int>& NearPoints::FindPoints(const PointSide& side, const Pose
   points_.clear();
   const std::vector<Vector3d>& points = side.points();
   if (infinite) {
+    const double highest = side.rho + margin_;
     for (int i = 0; i < static_cast<int>(points.size()); ++i) {
-      if ((X_SB * points[i]).z() < margin_) points_.push_back(i);
+      if ((X_SB * points[i]).z() < highest) points_.push_back(i);
     }
     return points_;
   }
   const Vector3d reach = side.field.reach().array() + margin_;
+  const auto keep_if_near = [&](int i) {
+    const Vector3d x = (X_SB * points[i] - center).cwiseAbs();
+    if ((x.array() <= reach.array()).all()) points_.push_back(i);
+  };
+  if (!side.point_mesh) {
+    for (int i = 0; i < static_cast<int>(points.size()); ++i) keep_if_near(i);
+    return points_;
+  }
   const Vector3d half = X_BS.R.cwiseAbs() * reach;
   const Vector3d middle = X_BS * center;
   side.point_mesh->sample_bvh().FindTriangles(AlignedBox3d(middle - half, middle + half), &found_);
-  for (const int i : found_) {
-    const Vector3d x = (X_SB * points[i] - center).cwiseAbs();
-    if ((x.array() <= reach.array()).all()) points_.push_back(i);
-  }
+  for (const int i : found_) keep_if_near(i);
   return points_;
 }
 

@@ -5,8 +5,9 @@
 //
 //   c = X_SB p_B,   nu = (w, v0) the twist of B relative to S about So,   u = v0 + w × a at the contact a = c + l.
 //
-// Which points and triangles are near is found by Bullet's tree and kept while the bodies have moved little: a cache
-// that changes no bit, because what is out of reach contributes nothing and points are visited by ascending number.
+// Which points and triangles are near is looked up, in meshes by Bullet's tree, and kept while the bodies have moved
+// little: a cache that changes no bit, because what is out of reach contributes nothing and points are visited by
+// ascending number.
 #pragma once
 
 #include <Eigen/Dense>
@@ -68,6 +69,7 @@ class NearPoints {
 
   std::vector<int> points_;
   std::vector<int> found_;
+  bool looks_up_ = false;  // where a field is touched by several points; else points_ has all
   bool valid_ = false;
   Pose X_BS_;
   double margin_ = 0.0;

@@ -8,12 +8,12 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kSide = 0.06;       // of the box [m]
-constexpr double kReach = 0.1886;    // of the finger [m]
-constexpr double kHeight = 0.045;    // of the finger above the floor [m]
-constexpr double kGap = 0.002;       // between fingertip and box at the start [m]
-constexpr double kAdvance = 0.055;   // of the base [m]
-constexpr double kRise = 0.035;      // of the base [m]
+constexpr double kSide = 0.06;      // of the box [m]
+constexpr double kReach = 0.1886;   // of the finger [m]
+constexpr double kHeight = 0.045;   // of the finger above the floor [m]
+constexpr double kGap = 0.002;      // between fingertip and box at the start [m]
+constexpr double kAdvance = 0.055;  // of the base [m]
+constexpr double kRise = 0.035;     // of the base [m]
 constexpr int kStepsPerInterval = 5;
 constexpr int kIntervals = 60;
 

@@ -22,7 +22,7 @@ struct Flipping {
   ControlSequence controls;   // the actuators' targets
   SimulationOptions options;  // 5 ms, 1.5 s
   int box = 0;
-  int hinge = 0;  // its angle's place in q, 0 at the start
+  int hinge = 0;          // its angle's place in q, 0 at the start
   int finger_on_box = 0;  // the contact of the fingertip
 };
 
