@@ -2,15 +2,14 @@
 // with both laws of friction: initial states, and vertices of meshes on fixed and on moving bodies.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <random>
 #include <string>
 
 #include "sim/gradient/adjoint.h"
 #include "tests/sim/dynamics/pair_scene.h"
+#include "tests/sim/dynamics/slope_comparison.h"
 
 namespace knap {
 namespace {
@@ -20,6 +19,7 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using test::MakeBox;
 using test::PairScene;
+using test::SlopeComparison;
 
 const ContactMaterial kBristle{2e7, 1.0, 0.4, 0.02, 1e-3, 2e-5};
 const ContactMaterial kSlip{2e7, 1.0, 0.4, 0.02, 1e-2, 0.0};
@@ -167,32 +167,27 @@ TEST_P(ContactGradientTest, EqualsDifferences) {
   TrajectoryGradient gradient;
   run(scene, zero, zero, &gradient);
   ASSERT_TRUE(gradient.finite && gradient.solvable);
-  const double pose_scale = gradient.pose0.cwiseAbs().maxCoeff();
-  const double rate_scale = gradient.v0.cwiseAbs().maxCoeff();
-  // Depths are some 1e-5 m, where forces bend over kOnsetDepth.
-  const double steps[] = {1e-7, 2e-8, 4e-9};
+  // Depths are some 1e-5 m, where forces bend over kOnsetDepth: steps of 3e-8 and 3e-8 · 100/s, and around.
+  SlopeComparison poses, rates;
   for (int k = 0; k < tree.nv(); ++k) {
-    double pose_error = std::numeric_limits<double>::infinity();
-    double rate_error = pose_error;
-    for (const double step : steps) {
-      const VectorXd d = step * VectorXd::Unit(tree.nv(), k);
-      pose_error = std::min(
-          pose_error,
-          std::abs(gradient.pose0(k) - (run(scene, d, zero, nullptr) - run(scene, -d, zero, nullptr)) / (2 * step)));
-      const VectorXd dv = 100.0 * d;
-      rate_error = std::min(
-          rate_error,
-          std::abs(gradient.v0(k) - (run(scene, zero, dv, nullptr) - run(scene, zero, -dv, nullptr)) / (200 * step)));
-    }
-    EXPECT_LT(pose_error, 1e-5 * pose_scale) << "pose " << k;
-    EXPECT_LT(rate_error, 1e-5 * rate_scale) << "rate " << k;
+    const VectorXd d = VectorXd::Unit(tree.nv(), k);
+    const std::string number = std::to_string(k);
+    poses.Add(
+        "pose " + number, gradient.pose0(k),
+        [&run, &scene, &zero, d](double s) { return run(scene, s * d, zero, nullptr); }, 0.03);
+    rates.Add(
+        "rate " + number, gradient.v0(k),
+        [&run, &scene, &zero, d](double s) { return run(scene, zero, s * d, nullptr); }, 3.0);
   }
+  EXPECT_EQ(poses.Compare(1e-5, nullptr), "");
+  EXPECT_EQ(rates.Compare(1e-5, nullptr), "");
   if (!test.has_mesh) return;
   const Eigen::Matrix3Xd& bar = gradient.vertices[0];
   const double largest = bar.cwiseAbs().maxCoeff();
   EXPECT_GT(largest, 1e-6);
   std::mt19937_64 generator(3);
   std::normal_distribution<double> normal;
+  SlopeComparison vertices;
   for (int trial = 0; trial < 6; ++trial) {
     Eigen::Matrix3Xd direction = Eigen::Matrix3Xd::NullaryExpr(3, bar.cols(), [&] { return normal(generator); });
     if (trial >= 3) {
@@ -204,25 +199,21 @@ TEST_P(ContactGradientTest, EqualsDifferences) {
       direction(row, col) = 1.0;
       direction((row + trial) % 3, col) = 1.0;
     }
-    const double expected_scale = std::max(largest, bar.norm());
-    double error = std::numeric_limits<double>::infinity();
-    for (const double step : steps) {
-      const auto moved = [&](double h) {
-        TriangleMesh shape = mesh;
-        for (int i = 0; i < bar.cols(); ++i) shape.vertices[i] += h * direction.col(i);
-        PairScene s = scene;
-        for (ContactGeometry& g : s.contacts[0].shapes) {
-          if (std::holds_alternative<MeshGeometry>(g)) {
-            g = MeshGeometry{
-                std::make_shared<ContactMesh>(shape, std::make_shared<SurfaceSampling>(mesh, CalcSampleSpacing(kBox)))};
-          }
+    const auto moved = [&, direction](double h) {
+      TriangleMesh shape = mesh;
+      for (int i = 0; i < bar.cols(); ++i) shape.vertices[i] += h * direction.col(i);
+      PairScene s = scene;
+      for (ContactGeometry& g : s.contacts[0].shapes) {
+        if (std::holds_alternative<MeshGeometry>(g)) {
+          g = MeshGeometry{
+              std::make_shared<ContactMesh>(shape, std::make_shared<SurfaceSampling>(mesh, CalcSampleSpacing(kBox)))};
         }
-        return run(s, zero, zero, nullptr);
-      };
-      error = std::min(error, std::abs(bar.cwiseProduct(direction).sum() - (moved(step) - moved(-step)) / (2 * step)));
-    }
-    EXPECT_LT(error, 1e-5 * expected_scale) << "vertices, trial " << trial;
+      }
+      return run(s, zero, zero, nullptr);
+    };
+    vertices.Add("vertices, trial " + std::to_string(trial), bar.cwiseProduct(direction).sum(), moved, 0.03);
   }
+  EXPECT_EQ(vertices.Compare(1e-5, nullptr), "");
 }
 
 INSTANTIATE_TEST_SUITE_P(Pairs, ContactGradientTest, testing::ValuesIn(MakeCases()),

@@ -4,11 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 namespace knap {
 namespace {
 
-constexpr double kQuarterTurn = 1.5707963267948966;
+constexpr double kQuarterTurn = 0.5 * std::numbers::pi;
 
 TEST(Flipping, TheFingerPushesTheBoxOverItsHinge) {
   const test::Flipping flipping = test::MakeFlipping();

@@ -6,6 +6,8 @@
 #include <optional>
 #include <utility>
 
+#include "tests/sim/dynamics/slope_comparison.h"
+
 namespace knap::test {
 
 using Eigen::Matrix3d;
@@ -182,6 +184,29 @@ WorldCase MakeWorldCase(RandomTree* random) {
   out.loss.options.order = 1 + random->Pick(2);
   out.loss.options.newton_tolerance = 1e-15;  // on to the rounding floor
   return out;
+}
+
+void CompareEveryKind(RandomTree* random, const WorldCase& at, double tolerance, std::map<std::string, int>* compared) {
+  const TrajectoryGradient g = at.loss.Sweep(at.world);
+  RC_ASSERT(g.finite && g.solvable);
+  SlopeComparison slopes;
+  for (const WorldDirection& d : MakeDirections(random, at.world, g)) {
+    slopes.Add(d.kind, d.slope, [&at, move = d.move](double s) { return at.loss.Evaluate(move(at.world, s)); });
+  }
+  const std::string complaint = slopes.Compare(tolerance, compared);
+  if (!complaint.empty()) RC_FAIL(complaint);
+}
+
+std::string CheckTaylorRemainderOfEveryKind(RandomTree* random, const WorldCase& at) {
+  const TrajectoryGradient g = at.loss.Sweep(at.world);
+  const std::vector<WorldDirection> directions = MakeDirections(random, at.world, g);
+  double slope = 0.0;
+  for (const WorldDirection& d : directions) slope += d.slope;
+  return CheckTaylorRemainder(slope, [&](double s) {
+    World world = at.world;
+    for (const WorldDirection& d : directions) world = d.move(world, s);
+    return at.loss.Evaluate(world);
+  });
 }
 
 }  // namespace knap::test

@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -67,5 +68,11 @@ struct WorldCase {
   WorldLoss loss;
 };
 WorldCase MakeWorldCase(RandomTree* random);
+
+// The sweep's slopes in all of MakeDirections against differences (slope_comparison.h): RC_FAIL or RC_ASSERT.
+void CompareEveryKind(RandomTree* random, const WorldCase& at, double tolerance, std::map<std::string, int>* compared);
+
+// Along all those directions at once: CheckTaylorRemainder's answer.
+std::string CheckTaylorRemainderOfEveryKind(RandomTree* random, const WorldCase& at);
 
 }  // namespace knap::test

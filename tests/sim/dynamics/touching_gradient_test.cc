@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <memory>
 #include <string>
@@ -19,12 +18,12 @@ namespace {
 
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-using test::MakeDirections;
+using test::CheckTaylorRemainderOfEveryKind;
+using test::CompareEveryKind;
 using test::MakeWorldCase;
 using test::RandomTree;
 using test::World;
 using test::WorldCase;
-using test::WorldDirection;
 
 constexpr double kHalf = 0.4;  // of boxes and of the mesh, a cube [m]
 
@@ -99,33 +98,21 @@ WorldCase MakeTouchingCase(RandomTree* random) {
   return out;
 }
 
+// How much of the loss there is because bodies touch.
+double CalcWeightOfContact(const WorldCase& at) {
+  World apart = at.world;
+  apart.contacts.clear();
+  apart.meshes.clear();
+  return std::abs(at.loss.Evaluate(at.world) - at.loss.Evaluate(apart));
+}
+
 TEST(TouchingGradient, EqualsDifferencesForEveryKindOfParameter) {
   std::map<std::string, int> compared;
   const auto property = [&] {
     RandomTree random(*rc::gen::arbitrary<std::uint64_t>());
     const WorldCase at = MakeTouchingCase(&random);
-    World apart = at.world;
-    apart.contacts.clear();
-    apart.meshes.clear();
-    RC_PRE(std::abs(at.loss.Evaluate(at.world) - at.loss.Evaluate(apart)) > 1e-3);
-    const TrajectoryGradient g = at.loss.Sweep(at.world);
-    RC_ASSERT(g.finite && g.solvable);
-    const std::vector<WorldDirection> directions = MakeDirections(&random, at.world, g);
-    double largest = 0.0;
-    for (const WorldDirection& d : directions) largest = std::max(largest, std::abs(d.slope));
-    for (const WorldDirection& d : directions) {
-      const auto loss = [&](double s) { return at.loss.Evaluate(d.move(at.world, s)); };
-      double error = std::numeric_limits<double>::infinity();
-      // Forces are once differentiable: a step that bends a bristle to its bound or lets a triangle go leaves an error
-      // of first order in h, hence the small ones; rounding is 1e-14/h.
-      for (const double h : {1e-4, 1e-5, 1e-6, 1e-7}) {
-        error = std::min(error, std::abs((loss(h) - loss(-h)) / (2.0 * h) - d.slope));
-        if (error < 1e-7 * largest) break;
-      }
-      if (error > 1e-5 * largest) RC_FAIL(d.kind + ": error " + std::to_string(error / largest) + " of the largest");
-      // What vanishes in both says nothing.
-      if (std::abs(d.slope) > 1e-4 * largest) ++compared[d.kind];
-    }
+    RC_PRE(CalcWeightOfContact(at) > 1e-3);
+    CompareEveryKind(&random, at, 1e-5, &compared);
   };
   EXPECT_TRUE(rc::check("gradients equal differences", property));
   for (const char* kind :
@@ -134,6 +121,20 @@ TEST(TouchingGradient, EqualsDifferencesForEveryKindOfParameter) {
         "ball stiffness", "rest", "rest of a ball", "revolute axis", "prismatic axis", "mesh vertices"}) {
     EXPECT_GE(compared[kind], 5) << kind;
   }
+}
+
+TEST(TouchingGradient, TaylorRemainderFallsAsTheSquare) {
+  int checked = 0;
+  const auto property = [&] {
+    RandomTree random(*rc::gen::arbitrary<std::uint64_t>());
+    WorldCase at = MakeTouchingCase(&random);
+    for (TreeBody& body : at.world.bodies) body.law.limit = JointLimit{};
+    RC_PRE(CalcWeightOfContact(at) > 1e-3);
+    RC_ASSERT(CheckTaylorRemainderOfEveryKind(&random, at) == "");
+    ++checked;
+  };
+  EXPECT_TRUE(rc::check("the remainder falls as the square", property));
+  EXPECT_GE(checked, 20);
 }
 
 }  // namespace
