@@ -34,8 +34,10 @@ TriangleBvh::TriangleBvh(const TriangleMesh& mesh) : tree_(std::make_unique<Tree
     tree_->dbvt.insert(btDbvtVolume::FromMM(ToBullet(box.min()), ToBullet(box.max())),
                        EncodeId(tree_->num_triangles++));
   }
-  // Insertion one by one leaves a lopsided tree; a rebuild from the top makes queries faster.
-  tree_->dbvt.optimizeTopDown();
+  // Insertion one by one leaves a lopsided tree; a rebuild from the top makes queries faster. All the way down: below a
+  // threshold Bullet tries all pairs, which for its 128 leaves takes most of the time a new design costs.
+  constexpr int kAllPairsBelow = 2;
+  tree_->dbvt.optimizeTopDown(kAllPairsBelow);
 }
 
 TriangleBvh::~TriangleBvh() = default;
