@@ -130,7 +130,7 @@ void Dynamics::CalcKinematics(const VectorXd& q, const VectorXd& v, const Vector
 void Dynamics::CalcJointForces() {
   for (int i = 0; i < tree_->size(); ++i) {
     const TreeBody& body = tree_->bodies()[i];
-    const int n = CountDof(body.joint);
+    const int n = dof_[i];
     if (n == 0) continue;
     const double* q = q_.data() + body.q_start;
     const double* v = v_.data() + body.v_start;
@@ -173,7 +173,7 @@ void Dynamics::CalcResidual(double rate, VectorXd* r, VectorXd* magnitude) {
   for (int i = tree_->size() - 1; i >= 0; --i) {
     if (!dynamic_[i]) continue;
     const TreeBody& body = tree_->bodies()[i];
-    for (int k = 0; k < CountDof(body.joint); ++k) {
+    for (int k = 0; k < dof_[i]; ++k) {
       const int row = body.v_start + k;
       (*r)(row) = S_[i].col(k).dot(F_[i]) - joint_forces_[i].tau(k);
       (*magnitude)(row) = S_[i].col(k).cwiseAbs().dot(F_magnitude_[i]) + joint_forces_[i].magnitude(k);

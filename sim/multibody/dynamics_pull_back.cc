@@ -13,7 +13,7 @@ void Dynamics::PullBackResidual(const VectorXd& lambda, JointCotangents* out, Pa
     if (!dynamic_[i]) continue;
     const TreeBody& body = tree_->bodies()[i];
     if (body.parent >= 0 && dynamic_[body.parent]) W_[i] = ShiftTwist(kinematics_[i].X_PB, W_[body.parent]);
-    for (int k = 0; k < CountDof(body.joint); ++k) W_[i] += S_[i].col(k) * lambda(body.v_start + k);
+    for (int k = 0; k < dof_[i]; ++k) W_[i] += S_[i].col(k) * lambda(body.v_start + k);
     bars_[i].eta = -external_[i].dF_deta.transpose() * W_[i];
     // M A + crf(V) M V − f_ext, transposed.
     const Vector6d& V = kinematics_[i].V;
@@ -67,7 +67,7 @@ void Dynamics::PullBackTree(const VectorXd* lambda, std::vector<BodyCotangent>* 
       // It also turns the subtree's wrench that the joint passes to the parent.
       bar_shift -= CrossForce(ShiftTwist(kin.X_PB, W_[body.parent]), F_[i]);
     }
-    for (int k = 0; k < CountDof(body.joint); ++k) {
+    for (int k = 0; k < dof_[i]; ++k) {
       const int row = body.v_start + k;
       out->pose(row) = S_[i].col(k).dot(bar_shift);
       out->v(row) = S_[i].col(k).dot(bar_rate);
@@ -76,7 +76,7 @@ void Dynamics::PullBackTree(const VectorXd* lambda, std::vector<BodyCotangent>* 
     if (parameters != nullptr) {
       BodyParameterCotangent& p = parameters->bodies[i];
       p.placement += ShiftWrench(kin.X_FB, bar_shift);
-      if (CountDof(body.joint) == 1) {
+      if (dof_[i] == 1) {
         const bool turns = body.joint == JointType::kRevolute;
         const double q = q_(body.q_start);
         const auto part = [turns](const Vector6d& f) { return turns ? f.head<3>() : f.tail<3>(); };
@@ -107,7 +107,7 @@ void Dynamics::PullBackJointForces(const VectorXd& lambda, JointCotangents* out,
                                    ParameterCotangents* parameters) const {
   for (int i = 0; i < tree_->size(); ++i) {
     const TreeBody& body = tree_->bodies()[i];
-    const int n = CountDof(body.joint);
+    const int n = dof_[i];
     if (n == 0) continue;
     Vector3d bar_tau = Vector3d::Zero();
     for (int k = 0; k < n; ++k) bar_tau(k) = -lambda(body.v_start + k);

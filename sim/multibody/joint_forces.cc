@@ -97,6 +97,7 @@ void PullBackBallLaw(const JointLaw& law, const double* q, const double* v, cons
   out->damping -= Eigen::Map<const Vector3d>(v).dot(bar_tau);
   const Quaterniond turn = CalcTurn(law, q);
   out->stiffness -= 2.0 * turn.w() * turn.vec().dot(bar_tau);
+  if (law.stiffness == 0.0) return;
   // A turn of the rest orientation by δ (in its own moving frame) turns the turn by −R(turn)ᵀ δ.
   const Vector3d bar_turn = law.stiffness * CalcTurnStiffness(turn).transpose() * bar_tau;
   out->rest -= RightJacobianSo3(law.rest).transpose() * (turn * bar_turn);
