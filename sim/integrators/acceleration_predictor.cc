@@ -6,6 +6,14 @@ namespace knap {
 
 using Eigen::VectorXd;
 
+namespace {
+
+// A higher degree is taken where the square of its miss is no more than this share of a lower one's: after a jolt all
+// miss by about as much, and the higher ones overshoot.
+constexpr double kWorthwhile = 0.5;
+
+}  // namespace
+
 void AccelerationPredictor::Push(double h, const VectorXd& a) {
   if (h != h_) count_ = 0;
   h_ = h;
@@ -27,7 +35,7 @@ void AccelerationPredictor::Predict(double h, VectorXd* a) const {
   double least = differences_[1].squaredNorm();
   for (int d = 1; d + 1 < count_; ++d) {
     const double miss = differences_[d + 1].squaredNorm();
-    if (miss >= least) continue;
+    if (miss >= kWorthwhile * least) continue;
     degree = d;
     least = miss;
   }

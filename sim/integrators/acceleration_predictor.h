@@ -2,8 +2,8 @@
 //
 // With backward differences ∇⁰a_k = a_k, ∇ʲ⁺¹a_k = ∇ʲa_k − ∇ʲa_{k−1}, the polynomial through the last d + 1
 // accelerations leads to Σ_{j≤d} ∇ʲa_k, and ∇ᵈ⁺¹a_k is what the same polynomial a state earlier missed a_k by. The
-// degree d ≤ kMaxDegree is the one whose miss was least, all rates together: high where motion is smooth, 0 after a
-// jolt. A guess only changes how many iterations a step takes.
+// degree d ≤ kMaxDegree is the one whose miss was clearly least, all rates together: high where motion is smooth, 0
+// after a jolt. A guess only changes how many iterations a step takes.
 #pragma once
 
 #include <Eigen/Dense>

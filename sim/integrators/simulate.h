@@ -1,9 +1,10 @@
 // Implicit time stepping of a tree in contact.
 //
 // Each step solves r(xi) = 0 (dynamics.h) by Newton with a backtracking line search, from a predicted acceleration
-// (acceleration_predictor.h). The residual is tested before the first iteration, so what rests costs one evaluation. A row's residual is judged against the magnitudes of the terms
-// it sums, the largest of its joint: scaled residual = max_rows |r| / magnitude. A step that does not converge is cut
-// in two, by BDF1, up to kMaxSubdivisions times; what still fails ends the trajectory with converged = false.
+// (acceleration_predictor.h). The residual is tested before the first iteration, so what rests costs one evaluation. A
+// row's residual is judged against the magnitudes of the terms it sums, the largest of its joint: scaled residual =
+// max_rows |r| / magnitude. A step that does not converge is cut in two, by BDF1, up to kMaxSubdivisions times; what
+// still fails ends the trajectory with converged = false.
 #pragma once
 
 #include <Eigen/Dense>

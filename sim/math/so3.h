@@ -50,8 +50,10 @@ inline Eigen::Matrix3d RightJacobianSo3(const Eigen::Vector3d& phi) {
     b = (1.0 - std::cos(a)) / a2;
     c = (a - std::sin(a)) / (a2 * a);
   }
-  const Eigen::Matrix3d k = Skew(phi);
-  return Eigen::Matrix3d::Identity() - b * k + c * k * k;
+  // [phi]×² = phi phiᵀ − a² I.
+  Eigen::Matrix3d Jr = c * phi * phi.transpose() - Skew(b * phi);
+  Jr.diagonal().array() += 1.0 - c * a2;
+  return Jr;
 }
 
 }  // namespace knap
