@@ -4,9 +4,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
-#include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -18,6 +16,7 @@ namespace {
 
 using Eigen::Vector3d;
 using Eigen::VectorXd;
+using test::CompareSlopes;
 using test::MakeDirections;
 using test::MakeWorldCase;
 using test::RandomTree;
@@ -93,10 +92,8 @@ void AddFloor(RandomTree* random, WorldCase* at) {
   for (auto* list : {&at->loss.a, &at->loss.b, &at->loss.c, &at->loss.d}) list->push_back(Vector3d::Zero());
 }
 
-// The largest error of any slope, relative to the largest slope, over the given steps of five-point or plain central
-// differences. Counts the kinds that were compared.
-void Compare(RandomTree* random, const WorldCase& at, const std::vector<double>& steps, bool five_point,
-             double tolerance, std::map<std::string, int>* compared) {
+// Compares the slopes of every kind, the weights' too. Counts the kinds that were compared.
+void Compare(RandomTree* random, const WorldCase& at, double tolerance, std::map<std::string, int>* compared) {
   VectorXd bar_weights;
   const TrajectoryGradient g = at.loss.Sweep(at.world, &bar_weights);
   RC_ASSERT(g.finite && g.solvable);
@@ -111,20 +108,7 @@ void Compare(RandomTree* random, const WorldCase& at, const std::vector<double>&
                           return moved;
                         },
                         bar_weights.dot(dw)});
-  double largest = 0.0;
-  for (const WorldDirection& d : directions) largest = std::max(largest, std::abs(d.slope));
-  for (const WorldDirection& d : directions) {
-    const auto loss = [&](double s) { return at.loss.Evaluate(d.move(at.world, s)); };
-    double error = std::numeric_limits<double>::infinity();
-    for (const double h : steps) {
-      const double near = loss(h) - loss(-h);
-      const double slope = five_point ? (8.0 * near - (loss(2.0 * h) - loss(-2.0 * h))) / (12.0 * h) : near / (2.0 * h);
-      error = std::min(error, std::abs(slope - d.slope));
-      if (error < 0.01 * tolerance * largest) break;
-    }
-    if (error > tolerance * largest) RC_FAIL(d.kind + ": error " + std::to_string(error / largest));
-    if (std::abs(d.slope) > 1e-4 * largest) ++(*compared)[d.kind];
-  }
+  CompareSlopes(at, directions, tolerance, compared);
 }
 
 void ExpectCompared(const std::map<std::string, int>& compared) {
@@ -139,7 +123,7 @@ TEST(PolicyGradient, EqualsDifferencesForEveryKindOfParameter) {
     RandomTree random(*rc::gen::arbitrary<std::uint64_t>());
     WorldCase at = MakeWorldCase(&random);
     RC_PRE(AddPolicy(&random, &at));
-    Compare(&random, at, {4e-3, 2e-3, 1e-3, 5e-4}, true, 1e-7, &compared);
+    Compare(&random, at, 1e-7, &compared);
   }));
   ExpectCompared(compared);
   EXPECT_GE(compared["force control"] + compared["position control"], 5);
@@ -155,7 +139,7 @@ TEST(PolicyGradient, EqualsDifferencesWhileTouching) {
     test::World apart = at.world;
     apart.contacts.clear();
     RC_PRE(std::abs(at.loss.Evaluate(at.world) - at.loss.Evaluate(apart)) > 1e-3);
-    Compare(&random, at, {1e-4, 1e-5, 1e-6, 1e-7}, false, 1e-5, &compared);
+    Compare(&random, at, 1e-5, &compared);
   }));
   ExpectCompared(compared);
 }

@@ -186,15 +186,20 @@ WorldCase MakeWorldCase(RandomTree* random) {
   return out;
 }
 
-void CompareEveryKind(RandomTree* random, const WorldCase& at, double tolerance, std::map<std::string, int>* compared) {
-  const TrajectoryGradient g = at.loss.Sweep(at.world);
-  RC_ASSERT(g.finite && g.solvable);
+void CompareSlopes(const WorldCase& at, const std::vector<WorldDirection>& directions, double tolerance,
+                   std::map<std::string, int>* compared) {
   SlopeComparison slopes;
-  for (const WorldDirection& d : MakeDirections(random, at.world, g)) {
+  for (const WorldDirection& d : directions) {
     slopes.Add(d.kind, d.slope, [&at, move = d.move](double s) { return at.loss.Evaluate(move(at.world, s)); });
   }
   const std::string complaint = slopes.Compare(tolerance, compared);
   if (!complaint.empty()) RC_FAIL(complaint);
+}
+
+void CompareEveryKind(RandomTree* random, const WorldCase& at, double tolerance, std::map<std::string, int>* compared) {
+  const TrajectoryGradient g = at.loss.Sweep(at.world);
+  RC_ASSERT(g.finite && g.solvable);
+  CompareSlopes(at, MakeDirections(random, at.world, g), tolerance, compared);
 }
 
 std::string CheckTaylorRemainderOfEveryKind(RandomTree* random, const WorldCase& at) {

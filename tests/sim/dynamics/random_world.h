@@ -69,7 +69,11 @@ struct WorldCase {
 };
 WorldCase MakeWorldCase(RandomTree* random);
 
-// The sweep's slopes in all of MakeDirections against differences (slope_comparison.h): RC_FAIL or RC_ASSERT.
+// Slopes in the given directions against differences (slope_comparison.h): RC_FAIL where they disagree.
+void CompareSlopes(const WorldCase& at, const std::vector<WorldDirection>& directions, double tolerance,
+                   std::map<std::string, int>* compared);
+
+// The sweep's, in all of MakeDirections.
 void CompareEveryKind(RandomTree* random, const WorldCase& at, double tolerance, std::map<std::string, int>* compared);
 
 // Along all those directions at once: CheckTaylorRemainder's answer.
