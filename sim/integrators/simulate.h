@@ -2,9 +2,9 @@
 //
 // Each step solves r(xi) = 0 (dynamics.h) by Newton with a backtracking line search. The residual is tested before the
 // first iteration, so what rests costs one evaluation. A row's residual is judged against the magnitudes of the terms
-// it sums, the largest of its joint: scaled residual = max_rows |r| / magnitude. Where the line search is held up, Newton's
-// matrix being nearly singular, the step is begun again with added inertia (solve_step.cc). A step that does not converge
-// even so is cut in two, by BDF1, up to kMaxSubdivisions times; what still fails ends the trajectory with
+// it sums, the largest of its joint: scaled residual = max_rows |r| / magnitude. Where the line search is held up,
+// Newton's matrix being nearly singular, the step is begun again with added inertia (solve_step.cc). A step that does
+// not converge even so is cut in two, by BDF1, up to kMaxSubdivisions times; what still fails ends the trajectory with
 // converged = false.
 #pragma once
 
