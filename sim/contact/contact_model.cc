@@ -43,11 +43,13 @@ void ContactModel::AddSide(int s, Dynamics* dynamics) {
   const std::vector<Vector3d>& points = side.points();
   const BodyKinematics& B = dynamics->kinematics()[side.point_body];
   const BodyKinematics& S = dynamics->kinematics()[side.surface_body];
+  Patch& patch = patches_[s];
+  patch.begin = num_touches_;
+  patch.end = num_touches_;
+  if (!near_[s].MayTouch(B.X_WB, S.X_WB)) return;
   const RelativeMotion motion = RelativeMotion::Make(B.X_WB, B.V, S.X_WB, S.V);
   const Vector3d w = motion.nu.head<3>();
   const Vector3d v0 = motion.nu.tail<3>();
-  Patch& patch = patches_[s];
-  patch.begin = num_touches_;
   patch.wrench = PairWrench(motion);
   auto bristle = std::lower_bound(previous_.id.begin(), previous_.id.end(), side.first_id);
   for (const int i : near_[s].FindPoints(side, motion.X_SB)) {

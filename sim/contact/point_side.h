@@ -5,9 +5,10 @@
 //
 //   c = X_SB p_B,   nu = (w, v0) the twist of B relative to S about So,   u = v0 + w × a at the contact a = c + l.
 //
-// Which points and triangles are near is looked up, in meshes by Bullet's tree, and kept while the bodies have moved
-// little: a cache that changes no bit, because what is out of reach contributes nothing and points are visited by
-// ascending number.
+// Balls around both tell at once that most pairs are far apart. Which points and triangles are near is looked up, in
+// meshes by Bullet's tree, and kept while the bodies have moved little: a cache that changes no bit, because what is out of reach
+// contributes nothing and points are visited by ascending number. Where nothing is near, the space that is asked about
+// doubles from one question to the next, so that what flies far away is seldom asked about.
 #pragma once
 
 #include <Eigen/Dense>
@@ -56,6 +57,8 @@ class NearPoints {
  public:
   explicit NearPoints(const PointSide& side);
 
+  // Whether the balls around all points and around all that the surface reaches overlap: without it nothing touches.
+  bool MayTouch(const Pose& X_WB, const Pose& X_WS) const;
   // Ascending, a superset of the points in contact.
   const std::vector<int>& FindPoints(const PointSide& side, const Pose& X_SB);
   // Of side.surface_mesh, ascending, a superset of those within rho of c, the place of point i in S.
@@ -64,14 +67,31 @@ class NearPoints {
  private:
   struct NearTriangles {
     Eigen::AlignedBox3d box;  // valid while the ball lies in it
+    double margin = 0.0;      // by which it was larger than the ball
     std::vector<int> triangles;
   };
+  struct Ball {
+    Eigen::Vector3d center = Eigen::Vector3d::Zero();
+    double radius = 0.0;
+  };
 
+  // Whether no triangle of side.surface_mesh is within reach of the points' ball.
+  bool IsClear(const PointSide& side, const Pose& X_SB);
+  void CollectPoints(const PointSide& side, const Pose& X_SB, const Pose& X_BS);
+
+  Ball points_ball_;   // in B
+  Ball surface_ball_;  // in S; infinite for a half-space
+  // Of IsClear: the answer, which holds while the ball's centre is within clear_margin_ of clear_at_.
+  bool clear_ = false;
+  double clear_margin_ = -1.0;
+  Eigen::Vector3d clear_at_ = Eigen::Vector3d::Zero();
+  std::vector<int> none_;
   std::vector<int> points_;
   std::vector<int> found_;
   bool looks_up_ = false;  // where a field is touched by several points; else points_ has all
   bool valid_ = false;
   Pose X_BS_;
+  double least_margin_ = 0.0;
   double margin_ = 0.0;
   double extent_ = 0.0;
   std::vector<NearTriangles> triangles_;
