@@ -1,7 +1,6 @@
 #include "sim/integrators/simulate.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <memory>
 
@@ -22,7 +21,7 @@ Simulator::Simulator(Dynamics* dynamics, ContactModel* contacts)
     : dynamics_(dynamics), contacts_(contacts), predictor_(dynamics->tree().nv()) {
   const Tree& tree = dynamics->tree();
   q_.setZero(tree.nq());
-  for (VectorXd* x : {&v_, &xi_, &xi_trial_, &vdot_, &r_, &magnitude_, &scale_, &scale_now_, &dx_, &zero_}) {
+  for (VectorXd* x : {&v_, &xi_, &xi_trial_, &vdot_, &r_, &magnitude_, &scale_, &scale_now_, &dx_, &start_, &zero_}) {
     x->setZero(tree.nv());
   }
   joint_of_row_.resize(tree.nv());
@@ -147,90 +146,6 @@ bool Simulator::Advance(double time, double h, int depth, const SimulationOption
   const double half = 0.5 * h;
   return Advance(time, half, depth + 1, options, trajectory) &&
          Advance(time + half, half, depth + 1, options, trajectory);
-}
-
-// Residual at xi_trial_; leaves q_, v_, vdot_, r_, scale_. Returns the scaled residual.
-double Simulator::Evaluate(double time, const BdfCoefficients& c, const Trajectory& trajectory) {
-  const int k = trajectory.size() - 1;
-  const int before = std::max(k - 1, 0);
-  CalcRates(c, xi_trial_, trajectory.xi(k), trajectory.v(k), trajectory.v(before), &v_, &vdot_);
-  q_ = trajectory.q(k);
-  dynamics_->tree().AddIncrement(q_, xi_trial_, &q_);
-  dynamics_->CalcKinematics(q_, v_, vdot_, time + c.h);
-  contacts_->AddWrenches(dynamics_);
-  dynamics_->CalcResidual(c.g0, &r_, &magnitude_);
-  scale_.setZero();
-  for (Eigen::Index row = 0; row < r_.size(); ++row) {
-    double& joint_scale = scale_(joint_of_row_[row]);
-    joint_scale = std::max(joint_scale, magnitude_(row));
-  }
-  double worst = 0.0;
-  for (Eigen::Index row = 0; row < r_.size(); ++row) {
-    scale_(row) = scale_(joint_of_row_[row]);
-    if (!std::isfinite(r_(row))) return std::numeric_limits<double>::infinity();
-    if (r_(row) != 0.0) worst = std::max(worst, std::abs(r_(row)) / scale_(row));
-  }
-  return worst;
-}
-
-bool Simulator::SolveStep(double time, const BdfCoefficients& c, const SimulationOptions& options,
-                          Trajectory* trajectory) {
-  const int k = trajectory->size() - 1;
-  contacts_->BeginStep(c.h, bristles_);
-  // Start where the predicted acceleration would lead.
-  predictor_.Predict(c.h, &vdot_);
-  xi_trial_ = c.alpha * trajectory->xi(k) +
-              (vdot_ - c.g1 * trajectory->v(k) - c.g2 * trajectory->v(std::max(k - 1, 0))) / (c.g0 * c.c_v);
-  double scaled = Evaluate(time, c, *trajectory);
-  // Judged by the scales before the step, so that growing forces do not hide a growing residual; a joint on which
-  // next to nothing acted has none yet, and takes the trial's.
-  const auto merit = [&] {
-    double sum = 0.0;
-    for (Eigen::Index row = 0; row < r_.size(); ++row) {
-      const double scale = scale_now_(row) > 1e-6 * scale_(row) ? scale_now_(row) : scale_(row);
-      if (r_(row) == 0.0) continue;
-      const double share = r_(row) / scale;
-      sum += share * share;
-    }
-    return sum;
-  };
-  for (int iteration = 0;; ++iteration) {
-    if (!std::isfinite(scaled)) return false;
-    if (scaled <= options.newton_tolerance) break;
-    if (iteration == options.newton_max_iterations) return false;
-    ++trajectory->certificate.newton_iterations;
-    xi_ = xi_trial_;
-    contacts_->AddDerivatives(ContactDerivatives::kSolve, dynamics_);
-    if (!dynamics_->Factor(xi_, c.c_v, c.g0 * c.c_v)) return false;
-    dynamics_->Solve(r_, &dx_);
-    scale_now_ = scale_;
-    const double merit_now = merit();
-    const double scaled_now = scaled;
-    bool at_floor = false;
-    double length = 1.0;
-    while (true) {
-      xi_trial_ = xi_ - length * dx_;
-      scaled = Evaluate(time, c, *trajectory);
-      if (scaled <= options.newton_tolerance) break;
-      if (std::isfinite(scaled) && merit() <= (1.0 - 1e-4 * length) * merit_now) break;
-      length *= 0.5;
-      if (length >= 1e-4) continue;
-      // Nothing along the step is better. Near the rounding floor that is an end, elsewhere a failure.
-      if (scaled_now > kRoundingFloor) return false;
-      xi_trial_ = xi_;
-      scaled = Evaluate(time, c, *trajectory);
-      at_floor = true;
-      break;
-    }
-    if (at_floor) break;
-  }
-  trajectory->certificate.worst_residual = std::max(trajectory->certificate.worst_residual, scaled);
-  bristles_ = contacts_->bristles();
-  trajectory->Append(time + c.h, c, q_, v_, xi_trial_, vdot_, bristles_);
-  predictor_.Push(c.h, vdot_);
-  NoteContacts(time + c.h, trajectory);
-  if (observer) observer(time + c.h);
-  return true;
 }
 
 void Simulator::NoteContacts(double time, Trajectory* trajectory) {

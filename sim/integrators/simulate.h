@@ -3,8 +3,9 @@
 // Each step solves r(xi) = 0 (dynamics.h) by Newton with a backtracking line search, from a predicted acceleration
 // (acceleration_predictor.h). The residual is tested before the first iteration, so what rests costs one evaluation. A
 // row's residual is judged against the magnitudes of the terms it sums, the largest of its joint: scaled residual =
-// max_rows |r| / magnitude. A step that does not converge is cut in two, by BDF1, up to kMaxSubdivisions times; what
-// still fails ends the trajectory with converged = false.
+// max_rows |r| / magnitude. Where the line search is held up, Newton's matrix being nearly singular, the step is begun
+// again with added inertia (solve_step.cc). A step that does not converge even so is cut in two, by BDF1, up to
+// kMaxSubdivisions times; what still fails ends the trajectory with converged = false.
 #pragma once
 
 #include <Eigen/Dense>
@@ -58,6 +59,12 @@ class Simulator {
  private:
   bool Advance(double time, double h, int depth, const SimulationOptions& options, Trajectory* trajectory);
   bool SolveStep(double time, const BdfCoefficients& c, const SimulationOptions& options, Trajectory* trajectory);
+  // *scaled: the scaled residual at xi_trial_, before and after.
+  bool FindRoot(double time, const BdfCoefficients& c, const SimulationOptions& options, Trajectory* trajectory,
+                double* scaled);
+  bool ComeNearWithAddedInertia(double time, const BdfCoefficients& c, Trajectory* trajectory, double* scaled);
+  bool CalcNewtonStep(const BdfCoefficients& c, double added_inertia, Trajectory* trajectory);
+  double CalcMerit() const;
   double Evaluate(double time, const BdfCoefficients& c, const Trajectory& trajectory);
   void NoteContacts(double time, Trajectory* trajectory);
   // Whole steps from `begin` to `end`, or until one fails: whether none did.
@@ -76,7 +83,7 @@ class Simulator {
   Bristles bristles_;  // at the start of the step
   AccelerationPredictor predictor_;
   // Scratch of one step.
-  Eigen::VectorXd q_, v_, xi_, xi_trial_, vdot_, r_, magnitude_, scale_, scale_now_, dx_, zero_;
+  Eigen::VectorXd q_, v_, xi_, xi_trial_, vdot_, r_, magnitude_, scale_, scale_now_, dx_, start_, zero_;
 };
 
 }  // namespace knap

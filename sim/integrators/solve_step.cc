@@ -1,0 +1,150 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sim/integrators/simulate.h"
+
+namespace knap {
+
+namespace {
+
+// Of the search with added inertia.
+constexpr double kFirstAddedInertia = 10.0;
+constexpr double kLeastAddedInertia = 1e-2;
+constexpr double kMaxAddedInertia = 1e8;
+constexpr int kMaxHeavySteps = 200;
+// Beyond this a linearisation says nothing, and roots lie that are none: where everything has been thrown far away, what
+// is left is small beside the forces that did it. [rad, m]
+constexpr double kLongestHeavyStep = 0.3;
+
+}  // namespace
+
+// Residual at xi_trial_; leaves q_, v_, vdot_, r_, scale_. Returns the scaled residual.
+double Simulator::Evaluate(double time, const BdfCoefficients& c, const Trajectory& trajectory) {
+  const int k = trajectory.size() - 1;
+  const int before = std::max(k - 1, 0);
+  CalcRates(c, xi_trial_, trajectory.xi(k), trajectory.v(k), trajectory.v(before), &v_, &vdot_);
+  q_ = trajectory.q(k);
+  dynamics_->tree().AddIncrement(q_, xi_trial_, &q_);
+  dynamics_->CalcKinematics(q_, v_, vdot_, time + c.h);
+  contacts_->AddWrenches(dynamics_);
+  dynamics_->CalcResidual(c.g0, &r_, &magnitude_);
+  scale_.setZero();
+  for (Eigen::Index row = 0; row < r_.size(); ++row) {
+    double& joint_scale = scale_(joint_of_row_[row]);
+    joint_scale = std::max(joint_scale, magnitude_(row));
+  }
+  double worst = 0.0;
+  for (Eigen::Index row = 0; row < r_.size(); ++row) {
+    scale_(row) = scale_(joint_of_row_[row]);
+    if (!std::isfinite(r_(row))) return std::numeric_limits<double>::infinity();
+    if (r_(row) != 0.0) worst = std::max(worst, std::abs(r_(row)) / scale_(row));
+  }
+  return worst;
+}
+
+// The state of a joint's rows judged together: the sum of their squares, each against its joint's scale before the step,
+// so that growing forces do not hide a growing residual; a joint on which next to nothing acted has none yet, and takes
+// the trial's.
+double Simulator::CalcMerit() const {
+  double sum = 0.0;
+  for (Eigen::Index row = 0; row < r_.size(); ++row) {
+    const double scale = scale_now_(row) > 1e-6 * scale_(row) ? scale_now_(row) : scale_(row);
+    if (r_(row) == 0.0) continue;
+    const double share = r_(row) / scale;
+    sum += share * share;
+  }
+  return sum;
+}
+
+bool Simulator::SolveStep(double time, const BdfCoefficients& c, const SimulationOptions& options,
+                          Trajectory* trajectory) {
+  const int k = trajectory->size() - 1;
+  contacts_->BeginStep(c.h, bristles_);
+  // Start where the predicted acceleration would lead.
+  predictor_.Predict(c.h, &vdot_);
+  start_ = c.alpha * trajectory->xi(k) +
+           (vdot_ - c.g1 * trajectory->v(k) - c.g2 * trajectory->v(std::max(k - 1, 0))) / (c.g0 * c.c_v);
+  xi_trial_ = start_;
+  double scaled = Evaluate(time, c, *trajectory);
+  if (!FindRoot(time, c, options, trajectory, &scaled)) {
+    xi_trial_ = start_;
+    scaled = Evaluate(time, c, *trajectory);
+    if (!ComeNearWithAddedInertia(time, c, trajectory, &scaled)) return false;
+    if (!FindRoot(time, c, options, trajectory, &scaled)) return false;
+  }
+  trajectory->certificate.worst_residual = std::max(trajectory->certificate.worst_residual, scaled);
+  bristles_ = contacts_->bristles();
+  trajectory->Append(time + c.h, c, q_, v_, xi_trial_, vdot_, bristles_);
+  predictor_.Push(c.h, vdot_);
+  NoteContacts(time + c.h, trajectory);
+  if (observer) observer(time + c.h);
+  return true;
+}
+
+// Newton with a backtracking line search, from xi_trial_.
+bool Simulator::FindRoot(double time, const BdfCoefficients& c, const SimulationOptions& options,
+                         Trajectory* trajectory, double* scaled) {
+  for (int iteration = 0;; ++iteration) {
+    if (!std::isfinite(*scaled)) return false;
+    if (*scaled <= options.newton_tolerance) return true;
+    if (iteration == options.newton_max_iterations) return false;
+    if (!CalcNewtonStep(c, 0.0, trajectory)) return false;
+    scale_now_ = scale_;
+    const double merit_now = CalcMerit();
+    const double scaled_now = *scaled;
+    double length = 1.0;
+    while (true) {
+      xi_trial_ = xi_ - length * dx_;
+      *scaled = Evaluate(time, c, *trajectory);
+      if (*scaled <= options.newton_tolerance) break;
+      if (std::isfinite(*scaled) && CalcMerit() <= (1.0 - 1e-4 * length) * merit_now) break;
+      length *= 0.5;
+      if (length >= 1e-4) continue;
+      // Nothing along the step is better. Near the rounding floor that is an end, elsewhere a failure.
+      if (scaled_now > kRoundingFloor) return false;
+      xi_trial_ = xi_;
+      *scaled = Evaluate(time, c, *trajectory);
+      return true;
+    }
+  }
+}
+
+// Pseudo-transient continuation: with the inertia in Newton's matrix, but not in r, a multiple a of itself, steps are
+// implicit ones along xi' = −M⁻¹ r, each 1/a long, and 1/a grows as the residual falls [Kelley & Keyes 1998]. The flow
+// runs past where r is least without being zero, which holds a line search up, and, unlike Newton, away from what is
+// in unstable equilibrium.
+bool Simulator::ComeNearWithAddedInertia(double time, const BdfCoefficients& c, Trajectory* trajectory,
+                                         double* scaled) {
+  double added = kFirstAddedInertia;
+  scale_now_ = scale_;
+  double merit = CalcMerit();
+  for (int i = 0; i < kMaxHeavySteps && std::isfinite(*scaled); ++i) {
+    if (added < kLeastAddedInertia || *scaled <= kRoundingFloor) return true;
+    if (added > kMaxAddedInertia || !CalcNewtonStep(c, added, trajectory)) return false;
+    const bool too_long = !(dx_.lpNorm<Eigen::Infinity>() <= kLongestHeavyStep);
+    xi_trial_ = xi_;
+    if (!too_long) xi_trial_ -= dx_;
+    *scaled = Evaluate(time, c, *trajectory);
+    if (too_long) {
+      added *= 10.0;
+      continue;
+    }
+    const double merit_now = CalcMerit();
+    added *= std::clamp(std::sqrt(merit_now / merit), 0.25, 10.0);
+    merit = merit_now;
+  }
+  return false;
+}
+
+// xi_ and dx_ at xi_trial_, which was evaluated last.
+bool Simulator::CalcNewtonStep(const BdfCoefficients& c, double added_inertia, Trajectory* trajectory) {
+  ++trajectory->certificate.newton_iterations;
+  xi_ = xi_trial_;
+  contacts_->AddDerivatives(ContactDerivatives::kSolve, dynamics_);
+  if (!dynamics_->Factor(xi_, c.c_v, (1.0 + added_inertia) * c.g0 * c.c_v)) return false;
+  dynamics_->Solve(r_, &dx_);
+  return true;
+}
+
+}  // namespace knap
