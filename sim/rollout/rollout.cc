@@ -237,7 +237,9 @@ void RolloutModel::AddGradient(const VectorXd& controls, const Simulated& s, Cot
     const double range = s.scene.policy->upper - s.scene.policy->lower;
     g = std::max(g, range * s.policy->bar_weights().lpNorm<Eigen::Infinity>());
   }
-  out->smooth = g == 0.0 || out->loss_rounding <= kLargestSmoothRounding * s.scene.gradient.tolerance * g;
+  const GradientDemand& demand = s.scene.gradient;
+  out->smooth = g == 0.0 || (out->certificate.subdivided_steps == 0 &&
+                             out->loss_rounding <= demand.step * demand.tolerance * g);
 }
 
 RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<void(int, int)>& progress) {

@@ -22,12 +22,6 @@
 
 namespace knap {
 
-// A gradient counts as smooth while rounding moves the loss by no more than this times the scenario's tolerance times
-// ‖g‖∞ (g in range-normalised parameters): then steps of 1e-6 of a range and more still show it that well. Beyond, the
-// outcome hangs on so many bounces that neither differences nor an optimizer could tell this gradient from another. See
-// docs/method.md.
-inline constexpr double kLargestSmoothRounding = 5e-7;
-
 struct RolloutInput {
   Eigen::VectorXd theta;            // d design parameters
   Eigen::VectorXd theta_reference;  // empty: task loss; d values: distillation against the trajectory at these …
@@ -45,7 +39,10 @@ struct RolloutOutput {
   Eigen::VectorXd control_gradient;  // num_controls(), or empty
   SimulationCertificate certificate;
   double loss_rounding = 0.0;  // what rounding does to the loss, estimated (adjoint.h); 0 without a gradient
-  bool smooth = true;  // loss_rounding ≤ kLargestSmoothRounding · tolerance · ‖g‖∞, g of all that is asked for
+  // No step was cut (whether one is may hang on the parameters, and the loss jumps there), and loss_rounding ≤
+  // gradient.step · gradient.tolerance · ‖g‖∞, g of all that is asked for, in range-normalised parameters. Otherwise
+  // neither differences nor an optimizer can tell this gradient from another. See docs/method.md.
+  bool smooth = true;
   int steps = 0;       // whole steps simulated
 };
 

@@ -320,6 +320,7 @@ struct Evaluation {
 // What the rollouts' gradients are held to.
 struct GradientDemand {
   double tolerance = 1e-5;  // relative to ‖g‖∞ in range-normalised parameters
+  double step = 5e-7;       // of a range, over which rounding must not hide that much
   double flagged = 0.05;    // share of rollouts whose own certificate may warn
 };
 

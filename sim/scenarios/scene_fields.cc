@@ -432,11 +432,16 @@ static void VisitFields(FieldVisitor& v, Evaluation& e) {
 
 static void VisitFields(FieldVisitor& v, GradientDemand& g) {
   v.Number({.key = "tolerance",
-            .doc = "relative to the largest component: what `knap gradcheck` asks for, and beyond which a rollout's "
-                   "certificate calls its gradient not smooth",
+            .doc = "relative to the largest component: what `knap gradcheck` asks for",
             .required = false,
             .range = kFraction},
            g.tolerance);
+  v.Number({.key = "step",
+            .doc = "share of a parameter's range; where rounding blurs differences over it by more than the tolerance, "
+                   "a rollout's certificate calls its gradient not smooth",
+            .required = false,
+            .range = kFraction},
+           g.step);
   v.Number({.key = "flagged",
             .doc = "share of rollouts whose certificate may warn in `knap gradcheck`",
             .required = false,

@@ -146,6 +146,25 @@ TEST(Winding, GradientsEqualDifferences) {
   }
 }
 
+// Whether a step is cut hangs on the design, and with it the loss: the certificate says that this gradient is doubtful.
+TEST(Winding, AGradientAcrossACutStepIsNotSmooth) {
+  for (const bool few : {false, true}) {
+    RolloutModel rollout =
+        LoadWinding({"rollout.horizon=0.1 s", "loss.task[0].until=0.1 s", "loss.distillation[0].until=0.1 s",
+                     few ? "rollout.newton_max_iterations=3" : "rollout.newton_max_iterations=30"});
+    RolloutInput input;
+    input.variation = {0.7, -0.6};
+    input.theta = MakeTheta(rollout, 0.07);
+    const RolloutOutput out = rollout.Run(input, {});
+    ASSERT_TRUE(out.certificate.converged && out.certificate.finite);
+    EXPECT_EQ(out.certificate.subdivided_steps > 0, few);
+    EXPECT_EQ(out.smooth, !few);
+    const double g = (out.gradient.array() * rollout.design()->ranges().array()).abs().maxCoeff();
+    const GradientDemand& demand = rollout.scene().gradient;
+    EXPECT_LT(out.loss_rounding, demand.step * demand.tolerance * g);
+  }
+}
+
 TEST(Winding, ARopeMayTouchItself) {
   const RolloutModel rollout = LoadWinding({});
   Scene scene = rollout.scene();

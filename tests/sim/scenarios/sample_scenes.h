@@ -156,7 +156,7 @@ policy:
   initial: {type: random, seed: 3, scale: 0.8}
   lower: -2
   upper: 2.5
-gradient: {tolerance: 1e-4, flagged: 0.1}
+gradient: {tolerance: 1e-4, step: 1e-5, flagged: 0.1}
 evaluation: {variations: 20, seed: 12}
 )";
 
