@@ -238,8 +238,8 @@ void RolloutModel::AddGradient(const VectorXd& controls, const Simulated& s, Cot
     g = std::max(g, range * s.policy->bar_weights().lpNorm<Eigen::Infinity>());
   }
   const GradientDemand& demand = s.scene.gradient;
-  out->smooth = g == 0.0 || (out->certificate.subdivided_steps == 0 &&
-                             out->loss_rounding <= demand.step * demand.tolerance * g);
+  out->smooth =
+      g == 0.0 || (out->certificate.subdivided_steps == 0 && out->loss_rounding <= demand.step * demand.tolerance * g);
 }
 
 RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<void(int, int)>& progress) {

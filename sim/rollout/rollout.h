@@ -43,7 +43,7 @@ struct RolloutOutput {
   // gradient.step · gradient.tolerance · ‖g‖∞, g of all that is asked for, in range-normalised parameters. Otherwise
   // neither differences nor an optimizer can tell this gradient from another. See docs/method.md.
   bool smooth = true;
-  int steps = 0;       // whole steps simulated
+  int steps = 0;  // whole steps simulated
 };
 
 // A rope at one instant.
