@@ -13,8 +13,8 @@ constexpr double kFirstAddedInertia = 10.0;
 constexpr double kLeastAddedInertia = 1e-2;
 constexpr double kMaxAddedInertia = 1e8;
 constexpr int kMaxHeavySteps = 200;
-// Beyond this a linearisation says nothing, and roots lie that are none: where everything has been thrown far away,
-// what is left is small beside the forces that did it. [rad, m]
+// Beyond this a linearisation says nothing. And far out lie roots that are none: where everything has been thrown away,
+// the residual is small beside the forces that did it. [rad, m]
 constexpr double kLongestHeavyStep = 0.3;
 
 }  // namespace
@@ -43,9 +43,8 @@ double Simulator::Evaluate(double time, const BdfCoefficients& c, const Trajecto
   return worst;
 }
 
-// The state of a joint's rows judged together: the sum of their squares, each against its joint's scale before the
-// step, so that growing forces do not hide a growing residual; a joint on which next to nothing acted has none yet, and
-// takes the trial's.
+// What the line search lowers: the sum of the rows' squares, each against its joint's scale before the step, so that
+// growing forces do not hide a growing residual. A joint on which next to nothing acted has none yet: the trial's.
 double Simulator::CalcMerit() const {
   double sum = 0.0;
   for (Eigen::Index row = 0; row < r_.size(); ++row) {
