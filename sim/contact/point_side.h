@@ -6,9 +6,9 @@
 //   c = X_SB p_B,   nu = (w, v0) the twist of B relative to S about So,   u = v0 + w × a at the contact a = c + l.
 //
 // Balls around both tell at once that most pairs are far apart. Which points and triangles are near is looked up, in
-// meshes by Bullet's tree, and kept while the bodies have moved little: a cache that changes no bit, because what is out of reach
-// contributes nothing and points are visited by ascending number. Where nothing is near, the space that is asked about
-// doubles from one question to the next, so that what flies far away is seldom asked about.
+// meshes by Bullet's tree, and kept while the bodies have moved little: a cache that changes no bit, because what is
+// out of reach contributes nothing and points are visited by ascending number. Where nothing is near, the space that is
+// asked about doubles from one question to the next, so that what flies far away is seldom asked about.
 #pragma once
 
 #include <Eigen/Dense>

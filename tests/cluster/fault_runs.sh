@@ -48,7 +48,7 @@ read_result() { sed '/"rollouts":/,$d' "$1/result.json"; }
 "$knap" learn "$config" "${overrides[@]}" --out calm --workers 2 --quiet
 read_result calm | grep -q '"learned"'
 
-all_killed=0 all_stopped=0 all_resumed=0
+all_killed=0 all_stopped=0 all_resumed=0 blows=0
 for ((run = 1; run <= runs; ++run)); do
   RANDOM=$run
   began=$SECONDS killed=0 stopped=0 resumed=0
@@ -85,15 +85,18 @@ for ((run = 1; run <= runs; ++run)); do
       slay "$coordinator"
       start_coordinator --resume "run-$run"
       resumed=$((resumed + 1)) next_resume=$((turn + 5 + RANDOM % 20))
-    elif ((RANDOM % 3 == 0)); then
-      slay "${workers[k]}"
-      unset "asleep[$k]"
-      start_worker "$k"
-      killed=$((killed + 1))
-    elif ((RANDOM % 3 == 0)) && [[ -z ${asleep[k]-} ]]; then
-      kill -STOP "${workers[k]}"
-      asleep[k]=1 wake_at[k]=$((turn + 2 + RANDOM % 10))
-      stopped=$((stopped + 1))
+    elif ((RANDOM % 9 < 5)); then
+      # By turns, so that even a short run sees both.
+      if ((++blows % 2)); then
+        slay "${workers[k]}"
+        unset "asleep[$k]"
+        start_worker "$k"
+        killed=$((killed + 1))
+      elif [[ -z ${asleep[k]-} ]]; then
+        kill -STOP "${workers[k]}"
+        asleep[k]=1 wake_at[k]=$((turn + 2 + RANDOM % 10))
+        stopped=$((stopped + 1))
+      fi
     fi
   done
   coordinator=""
