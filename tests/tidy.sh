@@ -45,6 +45,7 @@ text=("${code[@]}" "${markdown[@]}" "${yaml[@]}")
 # --- Lines ---------------------------------------------------------------------------------------------------------
 forbid 'no tabs' '\t' "${text[@]}"
 forbid 'no trailing white space' '[ \t\r]+$' "${text[@]}"
+forbid 'a merge is finished before it is committed' '^(<{7}|>{7})( |$)' "${text[@]}"
 forbid 'at most 120 characters a line' '^.{121}' "${code[@]}"
 # The pattern is split so that it does not match itself.
 forbid 'open work belongs into an issue' '\b(TO''DO|FIX''ME|XX''X)\b' "${code[@]}" "${markdown[@]}" "${yaml[@]}"

@@ -154,7 +154,7 @@ double RunInProcess(const std::vector<RolloutQuery>& queries,
 
 void MeasureEfficiency() {
   constexpr int kBatch = 200, kRounds = 21;
-  const std::vector<std::string> overrides = {"rollout.horizon=2.2 s"};
+  const std::vector<std::string> overrides = {"rollout.horizon=3.8 s"};
   const LoadedScenario scenario = LoadScenario(KNAP_SOURCE_DIR "/configs/pushing.yaml", overrides);
   const auto cores = static_cast<int>(std::thread::hardware_concurrency());
   BenchmarkCluster cluster(cores, "knap-worker", MakeKnapIdentity(FindWorkerProgram()), scenario.files);
