@@ -40,15 +40,9 @@ class ActuationChecker {
  private:
   void Report(std::vector<std::string> paths, const std::string& message) { log_.Report(paths, message); }
 
-  const Body* FindBody(const std::string& name) const {
-    const auto found =
-        std::find_if(scene_.bodies.begin(), scene_.bodies.end(), [&](const Body& b) { return b.name == name; });
-    return found == scene_.bodies.end() ? nullptr : &*found;
-  }
-
   // Null when the body's joint is wrong by itself, which has been reported.
   const Body* FindSoundBody(const std::string& name) const {
-    return log_.HasFailedNear("bodies." + name + ".joint") ? nullptr : FindBody(name);
+    return log_.HasFailedNear("bodies." + name + ".joint") ? nullptr : FindBody(scene_, name);
   }
 
   // Whether the interval is right.

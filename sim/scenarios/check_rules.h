@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <string>
 #include <vector>
+
+#include "sim/scenarios/scene.h"
 
 namespace knap {
 
@@ -20,6 +23,13 @@ inline bool IsWholeMultiple(double x, double unit) {
 template <class T>
 bool HasRepeats(const std::vector<T>& items) {
   return std::set<T>(items.begin(), items.end()).size() != items.size();
+}
+
+// Null without such a body.
+inline const Body* FindBody(const Scene& scene, const std::string& name) {
+  const auto found =
+      std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const Body& b) { return b.name == name; });
+  return found == scene.bodies.end() ? nullptr : &*found;
 }
 
 }  // namespace knap

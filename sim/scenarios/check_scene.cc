@@ -36,12 +36,6 @@ class SceneChecker {
  private:
   void Report(std::vector<std::string> paths, const std::string& message) { log_.Report(paths, message); }
 
-  const Body* FindBody(const std::string& name) const {
-    const auto found =
-        std::find_if(scene_.bodies.begin(), scene_.bodies.end(), [&](const Body& b) { return b.name == name; });
-    return found == scene_.bodies.end() ? nullptr : &*found;
-  }
-
   // Bodies without a valid name have been reported, and nothing can refer to them.
   void CheckBody(const Body& body) {
     if (body.name.empty()) return;
@@ -88,7 +82,7 @@ class SceneChecker {
     const Body* ancestor = &body;
     std::string chain = body.name;
     for (std::size_t i = 0; i < scene_.bodies.size(); ++i) {
-      ancestor = FindBody(ancestor->parent);
+      ancestor = FindBody(scene_, ancestor->parent);
       if (ancestor == nullptr) return;
       chain += " → " + ancestor->name;
       if (ancestor != &body) continue;
@@ -150,8 +144,8 @@ class SceneChecker {
   void CheckContact(std::size_t i) {
     const std::string path = fmt::format("contacts[{}].bodies", i);
     const auto& [first, second] = scene_.contacts[i].bodies;
-    const Body* a = FindBody(first);
-    const Body* b = FindBody(second);
+    const Body* a = FindBody(scene_, first);
+    const Body* b = FindBody(scene_, second);
     const bool has_rope = FindRope(first) != nullptr || FindRope(second) != nullptr;
     if (!has_rope && (a == nullptr || b == nullptr)) return;  // reported where the name is read
     if (!has_rope && a == b) {
@@ -201,7 +195,7 @@ class SceneChecker {
     if (!scene_.design) return false;
     const std::vector<DesignedBody>& bodies = scene_.design->bodies;
     return std::any_of(bodies.begin(), bodies.end(), [&](const DesignedBody& designed) {
-      const Body* body = FindBody(designed.name);
+      const Body* body = FindBody(scene_, designed.name);
       return body != nullptr && !IsDesigned(*body);
     });
   }
@@ -213,7 +207,7 @@ class SceneChecker {
   }
 
   void CheckDesignedBody(const DesignedBody& designed) {
-    const Body* body = FindBody(designed.name);
+    const Body* body = FindBody(scene_, designed.name);
     if (body == nullptr) return;
     const std::string path = "design.bodies." + designed.name;
     if (!IsDesigned(*body)) {
