@@ -142,9 +142,7 @@ void AddEvaluateCommand(CLI::App* app, std::function<int()>* command) {
   auto arguments = std::make_shared<EvaluateArguments>();
   CLI::App* evaluate = app->add_subcommand("evaluate", "Tests designs on variations that learning never sees");
   evaluate->add_option("path", arguments->path, "run directory or scenario file")->required();
-  evaluate->add_option("--set", arguments->overrides, "change the scenario: a.b=c; may be repeated")
-      ->take_all()
-      ->expected(1);
+  evaluate->add_option("overrides", arguments->overrides, "changes to the scenario, a.b=c");
   AddClusterFlags(evaluate, &arguments->cluster);
   evaluate->add_option("--variations", arguments->variations, "how many (default: the scenario's)")
       ->check(CLI::Range(1, 1000000));

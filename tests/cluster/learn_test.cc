@@ -284,7 +284,7 @@ TEST_F(LearnTest, MethodAndSeedReachTheRun) {
 
 TEST_F(LearnTest, EvaluateTakesDesignsByName) {
   const std::vector<std::string> quick = {
-      "evaluate", kConfig, "--set", "rollout.horizon=2 s", "--set", "rollout.step=4 ms", "--variations", "3", "--json"};
+      "evaluate", kConfig, "rollout.horizon=2 s", "rollout.step=4 ms", "--variations", "3", "--json"};
   const auto evaluate = [&](const std::string& theta) {
     std::vector<std::string> arguments = quick;
     arguments.insert(arguments.end(), {"--theta", theta});
@@ -320,7 +320,7 @@ TEST_F(LearnTest, LandscapeIsTheSameForAnyNumberOfWorkers) {
   // From bound to bound, and what knap evaluate says at the first corner.
   EXPECT_THAT(columns["left_depth"], ::testing::ElementsAre("-0.015", "0.0125", "0.04", "-0.015", "0.0125", "0.04",
                                                             "-0.015", "0.0125", "0.04"));
-  const Ended evaluated = Run({"evaluate", kConfig, "--set", "rollout.horizon=2 s", "--theta",
+  const Ended evaluated = Run({"evaluate", kConfig, "rollout.horizon=2 s", "--theta",
                                "left_depth=-15 mm,right_depth=-15 mm", "--variations", "2", "--json", "--quiet"});
   ASSERT_EQ(evaluated.code, 0) << evaluated.err;
   const double mean = Json::parse(evaluated.out)["designs"][0]["test"]["loss_mean"];
