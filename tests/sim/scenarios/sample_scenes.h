@@ -91,7 +91,7 @@ ropes:
     rounding: 0.9 mm
     link_mass: 1.5 g
     joint_damping: 2e-5 N*m*s/rad
-    initial: {center: [0 mm, 1 mm, 2 mm], links_per_side: 2, advance: 10 mm}
+    initial: {type: helix, center: [0 mm, 1 mm, 2 mm], links_per_side: 2, advance: 10 mm}
 contacts:
   - {bodies: [pea, ground], stiffness: 1.3e8 N/m^3, damping: 2 s/m, friction: 0.4,
      rolling_resistance: 0.03, slip_speed: 2 mm/s, stick_distance: 20 um}
