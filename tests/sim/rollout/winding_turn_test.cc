@@ -43,7 +43,8 @@ Winding MeasureWinding(const SceneModel& model, const Dynamics& dynamics, double
 }
 
 TEST(WindingTurn, TheGripperWindsTheRopeWhereverDownIs) {
-  const RolloutModel rollout = test::LoadConfig("winding_turn.yaml", {"rollout.horizon=3.2 s"});
+  const RolloutModel rollout =
+      test::LoadConfig("winding_turn.yaml", {"rollout.horizon=3.2 s", "loss.task=[]", "loss.distillation=[]"});
   const double pitch = rollout.scene().ropes[0].pitch;
   for (const auto& [azimuth, rise] : std::vector<std::pair<double, double>>{{0.0, -1.0}, {0.0, 0.0}, {3.6, 0.5}}) {
     Scene scene = rollout.scene();
@@ -64,6 +65,58 @@ TEST(WindingTurn, TheGripperWindsTheRopeWhereverDownIs) {
     ASSERT_TRUE(simulator.Run(model.q0, model.v0, options).certificate.converged);
     EXPECT_GT(std::abs(end.turns), 3.5) << azimuth << " " << rise;
     EXPECT_LT(end.reach, 0.1) << azimuth << " " << rise;
+  }
+}
+
+TEST(WindingTurn, SuccessTellsAHeldRopeFromADroppedOne) {
+  RolloutModel rollout = test::LoadConfig("winding_turn.yaml", {});
+  RolloutInput input;
+  input.variation = {4.8, -0.38};
+  input.want_gradient = false;
+  input.theta = test::MakeTheta(rollout, 0.05);
+  const RolloutOutput prism = rollout.Run(input, {});
+  ASSERT_TRUE(prism.certificate.converged);
+  EXPECT_FALSE(prism.success);
+  input.theta = test::MakeTheta(rollout, 0.125);
+  const RolloutOutput wide = rollout.Run(input, {});
+  ASSERT_TRUE(wide.certificate.converged);
+  EXPECT_TRUE(wide.success);
+  EXPECT_LT(wide.loss, 0.01 * prism.loss);
+}
+
+// Winding begins, one end held at a point of the mesh, and the spool turns at once.
+TEST(WindingTurn, GradientsEqualDifferences) {
+  RolloutModel rollout = test::LoadConfig(
+      "winding_turn.yaml",
+      {"rollout.horizon=0.2 s", "rollout.newton_tolerance=1e-12",
+       "bodies.spool.joint.motion.segments[0].duration=0.1 s", "bodies.spool.joint.motion.segments[0].ramp=0.05 s",
+       "bodies.spool.joint.motion.segments[1].duration=0.5 s", "bodies.spool.joint.motion.segments[1].ramp=0.1 s",
+       "loss.task[0].from=0.1 s", "loss.task[0].until=0.2 s", "loss.distillation[0].from=0.1 s",
+       "loss.distillation[0].until=0.2 s"});
+  RolloutInput input;
+  input.variation = {0.7, -0.6};
+  input.theta = test::MakeTheta(rollout, 0.07);
+  input.theta(5) = 0.045;
+  for (const bool distill : {false, true}) {
+    input.theta_reference = distill ? test::MakeTheta(rollout, 0.06) : VectorXd();
+    input.want_gradient = true;
+    const RolloutOutput at = rollout.Run(input, {});
+    ASSERT_TRUE(at.certificate.converged && at.certificate.finite);
+    const double scale = at.gradient.cwiseAbs().maxCoeff();
+    EXPECT_GT(scale, 1e-6);
+    input.want_gradient = false;
+    for (int i = 0; i < 8; ++i) {
+      double error = 1.0 / 0.0;
+      for (const double step : {1e-6, 1e-7}) {
+        const auto loss = [&](const VectorXd& theta) {
+          RolloutInput moved = input;
+          moved.theta = theta;
+          return rollout.Run(moved, {}).loss;
+        };
+        error = std::min(error, std::abs(at.gradient(i) - test::CalcDifference(loss, input.theta, i, step)));
+      }
+      EXPECT_LT(error, 1e-5 * scale) << "parameter " << i << ", distillation " << distill;
+    }
   }
 }
 
