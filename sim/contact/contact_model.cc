@@ -8,8 +8,8 @@ namespace knap {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-ContactModel::ContactModel(std::vector<ContactPair> contacts)
-    : contacts_(std::move(contacts)), reports_(contacts_.size()) {
+ContactModel::ContactModel(std::vector<ContactPair> contacts, std::vector<GripSpring> grips)
+    : contacts_(std::move(contacts)), grips_(std::move(grips)), reports_(contacts_.size()) {
   sides_ = MakeSides(contacts_);
   near_.reserve(sides_.size());
   patches_.resize(sides_.size());
@@ -35,6 +35,7 @@ void ContactModel::AddWrenches(Dynamics* dynamics) {
   bristles_.Clear();
   num_touches_ = 0;
   for (int s = 0; s < static_cast<int>(sides_.size()); ++s) AddSide(s, dynamics);
+  AddGripWrenches(grips_, dynamics);
 }
 
 void ContactModel::AddSide(int s, Dynamics* dynamics) {
@@ -92,6 +93,7 @@ void ContactModel::AddSide(int s, Dynamics* dynamics) {
 }
 
 void ContactModel::AddDerivatives(ContactDerivatives derivatives, Dynamics* dynamics) {
+  AddGripDerivatives(grips_, derivatives, dynamics);
   for (int s = 0; s < static_cast<int>(sides_.size()); ++s) {
     const PointSide& side = sides_[s];
     const ContactMaterial& material = contacts_[side.pair].material;

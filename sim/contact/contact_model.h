@@ -1,4 +1,4 @@
-// All contacts of a scene: pairs of shapes on two bodies, as wrenches with derivatives.
+// All contacts of a scene: pairs of shapes on two bodies, as wrenches with derivatives; and its grips (grip.h).
 //
 // Each pair becomes one or two sides (point_side.h), points of one body against the surface of the other:
 //
@@ -20,6 +20,7 @@
 #include <Eigen/Dense>
 #include <vector>
 
+#include "sim/contact/grip.h"
 #include "sim/contact/make_sides.h"
 #include "sim/contact/pair_wrench.h"
 #include "sim/contact/point_side.h"
@@ -48,15 +49,16 @@ struct Bristles {
 class ContactModel {
  public:
   // Throws as MakeSides does.
-  explicit ContactModel(std::vector<ContactPair> contacts);
+  explicit ContactModel(std::vector<ContactPair> contacts, std::vector<GripSpring> grips = {});
 
   const std::vector<ContactPair>& contacts() const { return contacts_; }
+  const std::vector<GripSpring>& grips() const { return grips_; }
   bool has_bristles() const { return has_bristles_; }
 
   // The step that following evaluations belong to: its length and the bristles at its start.
   void BeginStep(double h, const Bristles& previous);
 
-  // Adds every contact's wrench to dynamics->external().
+  // Adds the wrench of every contact, and of every grip that acts at the dynamics' time, to dynamics->external().
   void AddWrenches(Dynamics* dynamics);
   // Adds the derivatives of the wrenches added last to dynamics->external() and cross().
   void AddDerivatives(ContactDerivatives derivatives, Dynamics* dynamics);
@@ -65,19 +67,21 @@ class ContactModel {
   const std::vector<ContactReport>& reports() const { return reports_; }
   const Bristles& bristles() const { return bristles_; }
 
-  // Cotangents, all added: of bodies' perturbations, of the bristles at the step's start (one each), and of meshes.
+  // Cotangents, all added: of bodies' perturbations, of the bristles at the step's start (one each), of meshes, and of
+  // the points of grips.
   struct Cotangents {
     std::vector<BodyCotangent> bodies;
     std::vector<Eigen::Vector3d> previous;
     std::vector<Eigen::Matrix3Xd> vertices;  // for each contact: of its mesh's, empty without a mesh
+    std::vector<GripCotangent> grips;
   };
   Cotangents MakeCotangents(int num_bodies) const;
 
   // The three of one step, in this order, after AddDerivatives.
   // Under Σ bar_bristles · bristles(): bodies and previous; vertices are left to PullBackWrenches.
   void PullBackBristles(const std::vector<Eigen::Vector3d>& bar_bristles, Cotangents* out);
-  // Under Σ_i bar_wrench[i] · F_i: previous and vertices (the bodies' part is in the dynamics' own pull-back).
-  void PullBackWrenches(const std::vector<Vector6d>& bar_wrench, Cotangents* out);
+  // Under Σ_i bar_wrench[i] · F_i: previous, vertices and grips (the bodies' part is in the dynamics' own pull-back).
+  void PullBackWrenches(const std::vector<Vector6d>& bar_wrench, const Dynamics& dynamics, Cotangents* out);
   // Samples' cotangents are gathered over all steps, and at the end passed on to the vertices.
   void FinishVertices(Cotangents* out);
 
@@ -110,6 +114,7 @@ class ContactModel {
                      Vector6d* bar_nu, Cotangents* out);
 
   std::vector<ContactPair> contacts_;
+  std::vector<GripSpring> grips_;
   std::vector<PointSide> sides_;
   std::vector<NearPoints> near_;
   std::vector<SampleCotangents> bar_samples_;  // of a side with samples

@@ -8,6 +8,7 @@ using Eigen::Vector3d;
 ContactModel::Cotangents ContactModel::MakeCotangents(int num_bodies) const {
   Cotangents out;
   out.bodies.resize(num_bodies);
+  out.grips.resize(grips_.size());
   for (const ContactPair& contact : contacts_) {
     Eigen::Index count = 0;
     for (const ContactGeometry& shape : contact.shapes) {
@@ -97,7 +98,9 @@ void ContactModel::PullBackBristles(const std::vector<Vector3d>& bar_bristles, C
   }
 }
 
-void ContactModel::PullBackWrenches(const std::vector<Vector6d>& bar_wrench, Cotangents* out) {
+void ContactModel::PullBackWrenches(const std::vector<Vector6d>& bar_wrench, const Dynamics& dynamics,
+                                    Cotangents* out) {
+  PullBackGrips(grips_, bar_wrench, dynamics, &out->grips);
   for (int s = 0; s < static_cast<int>(sides_.size()); ++s) {
     const PointSide& side = sides_[s];
     const Patch& patch = patches_[s];

@@ -173,7 +173,7 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
     if (controlled) out.controls.col(controls.IntervalOfStep(step)) -= step_parameters.controls;
     step_parameters.controls.setZero();
     // r = … − f_ext, and the step's equation contributes −lambdaᵀ dr: the wrench's cotangent is +W.
-    contacts->PullBackWrenches(dynamics->virtual_twists(), &by_contact);
+    contacts->PullBackWrenches(dynamics->virtual_twists(), *dynamics, &by_contact);
     bar_bristles = by_contact.previous;
 
     bar_pose -= by_residual.pose;
@@ -184,6 +184,7 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
   }
   contacts->FinishVertices(&by_contact);
   out.vertices = std::move(by_contact.vertices);
+  out.grips = std::move(by_contact.grips);
   out.loss_rounding = std::sqrt(rounding_squared);
   out.pose0 = bar_pose;
   out.v0 = bar_v;

@@ -16,8 +16,8 @@
 //
 // One factorisation and one pull-back a step, whatever the number of parameters. Parameters are the numbers that the
 // tree is made of (dynamics.h: ParameterCotangents) save the ends of joint limits, gains of actuators and prescribed
-// motions; mesh vertices in contact; controls; the initial state. A placement moves the contacts of all it carries,
-// those of bodies without freedom included.
+// motions; mesh vertices in contact; points of grips; controls; the initial state. A placement moves the contacts of
+// all it carries, those of bodies without freedom included.
 #pragma once
 
 #include <Eigen/Dense>
@@ -44,6 +44,7 @@ struct TrajectoryGradient {
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
   Eigen::MatrixXd controls;                // like Trajectory::controls.values; zero where a feedback law set them
   std::vector<Eigen::Matrix3Xd> vertices;  // for each contact: of its mesh's vertices, empty without one
+  std::vector<GripCotangent> grips;        // of their points
 };
 
 // `cotangents` sorted by state, ascending. The trajectory must have converged. `feedback`: the law that took part in

@@ -125,12 +125,12 @@ Trajectory::Replay Simulator::MakeReplay(const SimulationOptions& options) const
     ContactModel contacts;
     Simulator simulator;
     SimulationOptions options;
-    World(const Tree& t, const std::vector<ContactPair>& pairs, const SimulationOptions& o)
-        : tree(t), dynamics(tree), contacts(pairs), simulator(&dynamics, &contacts), options(o) {
+    World(const Tree& t, const ContactModel& c, const SimulationOptions& o)
+        : tree(t), dynamics(tree), contacts(c.contacts(), c.grips()), simulator(&dynamics, &contacts), options(o) {
       options.progress = {};
     }
   };
-  const auto world = std::make_shared<World>(dynamics_->tree(), contacts_->contacts(), options);
+  const auto world = std::make_shared<World>(dynamics_->tree(), *contacts_, options);
   // What a feedback law has set is among the controls: it is not asked again.
   return [world](const Trajectory::Seed& seed, int first_step, const ControlSequence& controls) {
     return world->simulator.Repeat(seed, first_step, world->options, controls);

@@ -109,6 +109,7 @@ class Dynamics {
   // Poses, twists and accelerations of all bodies at one time, and the joints' own forces. No allocation.
   void CalcKinematics(const Eigen::VectorXd& q, const Eigen::VectorXd& v, const Eigen::VectorXd& vdot, double time);
   const std::vector<BodyKinematics>& kinematics() const { return kinematics_; }
+  double time() const { return prescribed_time_; }  // of these kinematics [s]
 
   // To be filled by the caller after CalcKinematics; one for each body.
   std::vector<ExternalWrench>& external() { return external_; }

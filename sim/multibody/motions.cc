@@ -4,6 +4,31 @@
 
 namespace knap {
 
+namespace {
+
+// The share done of a piece, its rate and acceleration.
+struct Share {
+  double s = 0.0;
+  double rate = 0.0;          // [1/s]
+  double acceleration = 0.0;  // [1/s²]
+};
+
+Share CalcShare(const MotionPiece& piece, double time) {
+  const double T = piece.duration;
+  const double r = piece.ramp;
+  if (time >= T) return {1.0, 0.0, 0.0};
+  if (time > T - r) {
+    const Share left = CalcShare(piece, T - time);
+    return {1.0 - left.s, left.rate, -left.acceleration};
+  }
+  const double full = 1.0 / (T - r);
+  if (time >= r) return {full * (time - 0.5 * r), full, 0.0};
+  const double x = time / r;
+  return {full * r * x * x * x * (1.0 - 0.5 * x), full * x * x * (3.0 - 2.0 * x), full / r * 6.0 * x * (1.0 - x)};
+}
+
+}  // namespace
+
 PrescribedState CalcZigzag(const Zigzag& motion, double time) {
   constexpr double kTwoPi = 6.283185307179586476925286766559;
   const double omega = kTwoPi / motion.period;
@@ -31,6 +56,27 @@ PrescribedState CalcConstantVelocity(const Eigen::Vector3d& velocity_F, const Ei
   state.V.head<3>() = angular_velocity_F;  // its own axis: the same in F and B
   state.V.tail<3>() = v_B;
   state.A.tail<3>() = -angular_velocity_F.cross(v_B);  // the components in B turn under the constant vector
+  return state;
+}
+
+PrescribedState CalcPieces(const std::vector<MotionPiece>& pieces, double time) {
+  PrescribedState state;
+  double begin = 0.0;
+  for (const MotionPiece& piece : pieces) {
+    if (time <= begin) break;
+    const Share share = CalcShare(piece, time - begin);
+    const Eigen::Quaterniond turned = ExpSo3(share.s * piece.turn);
+    state.X_FB.p += share.s * piece.shift;
+    state.X_FB.R = turned.toRotationMatrix() * state.X_FB.R;
+    const Eigen::Matrix3d R_BF = state.X_FB.R.transpose();
+    const Eigen::Vector3d w_B = R_BF * piece.turn;  // constant in F, and the turn's own axis: so in B too
+    const Eigen::Vector3d v_B = R_BF * piece.shift;
+    state.V.head<3>() = share.rate * w_B;
+    state.V.tail<3>() = share.rate * v_B;
+    state.A.head<3>() = share.acceleration * w_B;
+    state.A.tail<3>() = share.acceleration * v_B - share.rate * share.rate * w_B.cross(v_B);
+    begin += piece.duration;
+  }
   return state;
 }
 

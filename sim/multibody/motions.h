@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <vector>
 
 #include "sim/multibody/tree.h"
 
@@ -20,5 +21,17 @@ PrescribedState CalcZigzag(const Zigzag& motion, double time);
 // p = velocity t, R = Exp(angular_velocity t), both in F.
 PrescribedState CalcConstantVelocity(const Eigen::Vector3d& velocity_F, const Eigen::Vector3d& angular_velocity_F,
                                      double time);
+
+// One piece of a motion: a shift and a turn about Bo in step, from rest to rest. Their share s of the whole rises with
+// the speed v(τ) = ramp(τ/r)/(T − r), ramp(x) = 3x² − 2x³ over the first time r, one in between, and back over the
+// last.
+struct MotionPiece {
+  double duration = 0.0;                            // T [s], > 0
+  double ramp = 0.0;                                // r [s], 0 < r ≤ T/2
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();  // in F [m]
+  Eigen::Vector3d turn = Eigen::Vector3d::Zero();   // about its direction, fixed in F, by its length [rad]
+};
+// One after the other from F, and then still.
+PrescribedState CalcPieces(const std::vector<MotionPiece>& pieces, double time);
 
 }  // namespace knap

@@ -20,7 +20,32 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-PrescribedMotion MakeMotion(const Motion& motion) {
+Vector3d CalcGravity(const Scene& scene) {
+  if (!scene.gravity_direction) return scene.gravity;
+  const double z = scene.gravity_direction->rise;
+  const double level = std::sqrt(std::max(0.0, 1.0 - z * z));
+  const double azimuth = scene.gravity_direction->azimuth;
+  return scene.gravity.norm() * Vector3d(level * std::cos(azimuth), level * std::sin(azimuth), z);
+}
+
+// The level axis across a direction, about which that turns down first; any one where the direction is not level at
+// all.
+Vector3d CalcLevelAxis(const Vector3d& direction, const Vector3d& gravity) {
+  const Vector3d d = direction.normalized();
+  const Vector3d axis = d.cross(gravity.normalized());
+  return axis.norm() > 1e-9 ? axis.normalized() : d.unitOrthogonal();
+}
+
+// `gravity` in J.
+MotionPiece MakePiece(const MotionSegment& segment, const Vector3d& gravity) {
+  MotionPiece piece{segment.duration, segment.ramp, segment.shift, Vector3d::Zero()};
+  if (segment.angle == 0.0) return piece;
+  const bool tips = segment.tips.norm() > 0.0;
+  piece.turn = segment.angle * (tips ? CalcLevelAxis(segment.tips, gravity) : segment.axis.normalized());
+  return piece;
+}
+
+PrescribedMotion MakeMotion(const Motion& motion, const Vector3d& gravity) {
   return std::visit(Overloaded{[](const ZigzagMotion& m) -> PrescribedMotion {
                                  const Zigzag zigzag{m.amplitude, m.period, m.sharpness, m.forward_speed, m.stop_at};
                                  return [zigzag](double time) { return CalcZigzag(zigzag, time); };
@@ -29,8 +54,53 @@ PrescribedMotion MakeMotion(const Motion& motion) {
                                  return [m](double time) {
                                    return CalcConstantVelocity(m.velocity, m.angular_velocity, time);
                                  };
+                               },
+                               [&](const SegmentsMotion& m) -> PrescribedMotion {
+                                 std::vector<MotionPiece> pieces;
+                                 for (const MotionSegment& s : m.segments) pieces.push_back(MakePiece(s, gravity));
+                                 return [pieces](double time) { return CalcPieces(pieces, time); };
                                }},
                     motion);
+}
+
+// A rope at time 0.
+struct RopePlace {
+  Vector3d start;              // of its first joint in W
+  std::vector<Matrix3d> R_WL;  // of its links
+};
+
+RopePlace PlaceHelix(const Rope& rope, const HelixState& helix) {
+  const auto links_per_side = static_cast<int>(helix.links_per_side);
+  const double rise = helix.advance / (4.0 * links_per_side);  // along x, a link
+  const double along = std::sqrt(rope.pitch * rope.pitch - rise * rise);
+  const double half_side = 0.5 * links_per_side * along;
+  RopePlace place{helix.center + Vector3d(-0.5 * static_cast<double>(rope.links) * rise, half_side, half_side), {}};
+  for (int i = 0; i < rope.links; ++i) {
+    const Matrix3d side =
+        Eigen::AngleAxisd(0.5 * std::numbers::pi * (i / links_per_side), Vector3d::UnitX()).toRotationMatrix();
+    Matrix3d R_WL;
+    R_WL.col(0) = side * Vector3d(rise, -along, 0.0) / rope.pitch;
+    R_WL.col(2) = side * Vector3d::UnitZ();
+    R_WL.col(1) = R_WL.col(2).cross(R_WL.col(0));
+    place.R_WL.push_back(R_WL);
+  }
+  return place;
+}
+
+// z as near to the world's as the direction lets it be, else y.
+RopePlace PlaceStraight(const Rope& rope, const StraightState& straight) {
+  Matrix3d R_WL;
+  R_WL.col(0) = straight.direction.normalized();
+  const bool upright = std::abs(R_WL(2, 0)) > 0.9;
+  R_WL.col(1) = (upright ? Vector3d::UnitX() : Vector3d::UnitZ()).cross(R_WL.col(0)).normalized();
+  R_WL.col(2) = R_WL.col(0).cross(R_WL.col(1));
+  return {straight.start, std::vector<Matrix3d>(static_cast<std::size_t>(rope.links), R_WL)};
+}
+
+RopePlace PlaceRope(const Rope& rope) {
+  return std::visit(Overloaded{[&](const HelixState& helix) { return PlaceHelix(rope, helix); },
+                               [&](const StraightState& straight) { return PlaceStraight(rope, straight); }},
+                    rope.initial);
 }
 
 // Adds bodies one by one and remembers the initial state of their joints.
@@ -49,7 +119,7 @@ class Builder {
                    [&](const FixedJoint&) { Append(tree_body, M, {}, {}); },
                    [&](const PrescribedJoint& j) {
                      tree_body.joint = JointType::kPrescribed;
-                     tree_body.motion = MakeMotion(j.motion);
+                     tree_body.motion = MakeMotion(j.motion, tree_body.X_PF.R.transpose() * model_.tree.gravity);
                      Append(tree_body, M, {}, {});
                    },
                    [&](const RevoluteJoint& j) {
@@ -88,16 +158,11 @@ class Builder {
     const Vector3d s2 = size.cwiseAbs2();
     const Vector3d moments = rope.link_mass / 12.0 * Vector3d(s2.y() + s2.z(), s2.x() + s2.z(), s2.x() + s2.y());
     const Matrix6d M = MakeSpatialInertia(rope.link_mass, Vector3d(0.5 * rope.pitch, 0.0, 0.0), moments.asDiagonal());
-    const auto links_per_side = static_cast<int>(rope.initial.links_per_side);
-    const double rise = rope.initial.advance / (4.0 * links_per_side);  // along x, a link
-    const double along = std::sqrt(rope.pitch * rope.pitch - rise * rise);
-    const double half_side = 0.5 * links_per_side * along;
+    const RopePlace place = PlaceRope(rope);
     TreeBody slide;
     slide.name = rope.name;
     slide.joint = JointType::kTranslation;
-    const Vector3d start =
-        rope.initial.center + Vector3d(-0.5 * static_cast<double>(rope.links) * rise, half_side, half_side);
-    Append(slide, Matrix6d::Zero(), {start.x(), start.y(), start.z()}, {0.0, 0.0, 0.0});
+    Append(slide, Matrix6d::Zero(), {place.start.x(), place.start.y(), place.start.z()}, {0.0, 0.0, 0.0});
     Matrix3d R_WP = Matrix3d::Identity();
     for (int i = 0; i < rope.links; ++i) {
       TreeBody link;
@@ -108,12 +173,7 @@ class Builder {
         link.X_PF.p.x() = rope.pitch;
         link.law.damping = rope.joint_damping;
       }
-      const Matrix3d side =
-          Eigen::AngleAxisd(0.5 * std::numbers::pi * (i / links_per_side), Vector3d::UnitX()).toRotationMatrix();
-      Matrix3d R_WB;
-      R_WB.col(0) = side * Vector3d(rise, -along, 0.0) / rope.pitch;
-      R_WB.col(2) = side * Vector3d::UnitZ();
-      R_WB.col(1) = R_WB.col(2).cross(R_WB.col(0));
+      const Matrix3d& R_WB = place.R_WL[i];
       const Eigen::Quaterniond q(Matrix3d(R_WP.transpose() * R_WB));
       Append(link, M, {q.x(), q.y(), q.z(), q.w()}, {0.0, 0.0, 0.0});
       model_.links[rope.name].push_back(model_.tree.size() - 1);
@@ -243,10 +303,34 @@ void AddContact(const Scene& scene, std::size_t index, const DesignedShapes& sha
   }
 }
 
+GripSpring MakeGrip(const Scene& scene, const Grip& grip, const SceneModel& model) {
+  GripSpring spring;
+  spring.holder = model.body_index.at(grip.body);
+  spring.p_SA = grip.point;
+  spring.p_BP = grip.held_point;
+  const auto rope =
+      std::find_if(scene.ropes.begin(), scene.ropes.end(), [&](const Rope& r) { return r.name == grip.held; });
+  if (rope != scene.ropes.end()) {
+    const std::vector<int>& links = model.links.at(grip.held);
+    const int last = static_cast<int>(links.size()) - 1;
+    const int link = std::min(last, static_cast<int>(grip.held_point.x() / rope->pitch));
+    spring.held = links[link];
+    spring.p_BP.x() -= link * rope->pitch;
+  } else {
+    spring.held = model.body_index.at(grip.held);
+  }
+  spring.stiffness = grip.stiffness;
+  spring.damping = grip.damping;
+  if (grip.limit > 0.0) spring.limit = grip.limit;
+  spring.from = grip.from;
+  spring.until = grip.until;
+  return spring;
+}
+
 }  // namespace
 
 SceneModel BuildModel(const Scene& scene, const DesignedShapes& shapes) {
-  Builder builder(scene.gravity);
+  Builder builder(CalcGravity(scene));
   // Parents first, else in the order of the file.
   std::vector<bool> added(scene.bodies.size(), false);
   for (std::size_t count = 0; count < scene.bodies.size(); ++count) {
@@ -261,13 +345,8 @@ SceneModel BuildModel(const Scene& scene, const DesignedShapes& shapes) {
   }
   for (const Rope& rope : scene.ropes) builder.Add(rope);
   SceneModel model = builder.Finish();
-  if (scene.gravity_direction) {
-    const double z = scene.gravity_direction->rise;
-    const double level = std::sqrt(std::max(0.0, 1.0 - z * z));
-    const double azimuth = scene.gravity_direction->azimuth;
-    model.tree.gravity = scene.gravity.norm() * Vector3d(level * std::cos(azimuth), level * std::sin(azimuth), z);
-  }
   for (std::size_t i = 0; i < scene.contacts.size(); ++i) AddContact(scene, i, shapes, &model);
+  for (const Grip& grip : scene.grips) model.grips.push_back(MakeGrip(scene, grip, model));
   return model;
 }
 

@@ -35,6 +35,7 @@ struct ActuatorCommand {
 struct SceneModel {
   Tree tree;
   std::vector<ContactPair> contacts;
+  std::vector<GripSpring> grips;                  // in the order of the scene
   std::vector<std::string> contact_mesh_of;       // for each contact: the body whose mesh it has, empty without a mesh
   std::vector<int> contact_of_pair;               // which of the scene's contacts one of `contacts` belongs to
   std::vector<ActuatorCommand> actuators;         // in the tree's order

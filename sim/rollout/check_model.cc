@@ -32,6 +32,7 @@ class ModelChecker {
   void Check() {
     for (const Body& body : scene_.bodies) CheckBody(body);
     for (std::size_t i = 0; i < scene_.contacts.size(); ++i) CheckContact(i);
+    for (std::size_t i = 0; i < scene_.grips.size(); ++i) CheckGrip(i);
     if (scene_.design) {
       for (const DesignedBody& body : scene_.design->bodies) CheckDesign(body);
     }
@@ -85,6 +86,14 @@ class ModelChecker {
       Report({path, GetJointPath(*a), GetJointPath(*b)},
              fmt::format("forces move neither {} nor {}, so their contact does nothing", a->name, b->name));
     }
+  }
+
+  void CheckGrip(std::size_t i) {
+    const Body* a = FindBody(scene_.grips[i].body);
+    const Body* b = FindBody(scene_.grips[i].held);  // null for a rope
+    if (a == nullptr || b == nullptr || a == b || FindMover(*a) != nullptr || FindMover(*b) != nullptr) return;
+    Report({fmt::format("grips[{}].held", i), GetJointPath(*a), GetJointPath(*b)},
+           fmt::format("forces move neither {} nor {}, so this grip does nothing", a->name, b->name));
   }
 
   void CheckDesign(const DesignedBody& body) {

@@ -7,6 +7,7 @@ namespace knap {
 
 // Adds to scenario.parsed.log:
 // - contacts of two half-spaces or two designed meshes, and contacts that do nothing since forces move neither body;
+// - grips between bodies that forces do not move;
 // - a designed mesh with a solid inertia;
 // - a policy's file of weights that does not fit its network or bounds;
 // - mesh and cage files that hold no mesh or one that is not closed, and numbers that are no vertex of the cage.

@@ -10,15 +10,16 @@
 
 namespace knap {
 
-// Heights [m] at each sample time of a loss, the start first.
+// Heights [m] at each sample time of a loss.
 std::vector<double> TraceHeight(const HeightLoss& loss, double step, const SceneModel& model,
                                 const Trajectory& trajectory, Dynamics* dynamics);
 
-// Value of the term; `reference` as TraceHeight makes it, or one number: the same height always. Cotangents are added
-// to *out when not null.
-double EvaluateHeight(const HeightLoss& loss, double step, const SceneModel& model, const Trajectory& trajectory,
-                      const std::vector<double>& heights, const std::vector<double>& reference, Dynamics* dynamics,
-                      std::vector<StateCotangent>* out);
+// Values of the terms; `reference` as TraceHeight makes it. Cotangents are added to *out when not null.
+double EvaluateHeightMatch(const HeightLoss& loss, double step, const SceneModel& model, const Trajectory& trajectory,
+                           const std::vector<double>& reference, Dynamics* dynamics, std::vector<StateCotangent>* out);
+// h' = −ĝ·X_WB(t) X_WB(from)⁻¹ p(from), B the body that is to carry the rope.
+double EvaluateHeightHold(const HeightHoldLoss& loss, double step, const SceneModel& model,
+                          const Trajectory& trajectory, Dynamics* dynamics, std::vector<StateCotangent>* out);
 
 bool HoldsRopeAtEnd(const HoldsRope& test, const Scene& scene, const SceneModel& model, const Trajectory& trajectory,
                     Dynamics* dynamics);

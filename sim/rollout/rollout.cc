@@ -71,7 +71,7 @@ RolloutModel::Simulated RolloutModel::Simulate(const VectorXd& theta, const Vect
         MakeClosedLoop(s.scene, s.moved, s.model, controls.tail(controls.size() - open_loop)));
   }
   s.dynamics = std::make_unique<Dynamics>(s.model.tree);
-  s.contacts = std::make_unique<ContactModel>(s.model.contacts);
+  s.contacts = std::make_unique<ContactModel>(s.model.contacts, s.model.grips);
   SimulationOptions options = MakeOptions(s.scene.rollout);
   options.progress = progress;
   s.trajectory = std::make_unique<Trajectory>(
@@ -137,7 +137,10 @@ double RolloutModel::EvaluateTask(const Simulated& s, Cotangents* bar) const {
                      const int body = s.model.body_index.at(term.opening.body);
                      return EvaluateCrossingLoss(term, TraceBody(*s.trajectory, body, s.dynamics.get()), &bar->states);
                    },
-                   [&](const HeightLoss& term) { return EvaluateHeightTerm(term, s, nullptr, bar); },
+                   [&](const HeightHoldLoss& term) {
+                     return EvaluateHeightHold(term, s.scene.rollout.step, s.model, *s.trajectory, s.dynamics.get(),
+                                               &bar->states);
+                   },
                    [&](const ControlCostLoss& term) {
                      bar->commands += 2.0 * term.weight * s.commands;
                      if (!s.policy) return term.weight * s.commands.squaredNorm();
@@ -159,28 +162,21 @@ double RolloutModel::EvaluateTask(const Simulated& s, Cotangents* bar) const {
   return loss;
 }
 
-double RolloutModel::EvaluateHeightTerm(const HeightLoss& term, const Simulated& s,
-                                        const std::vector<double>* reference, Cotangents* bar) const {
-  const double step = s.scene.rollout.step;
-  const std::vector<double> heights = TraceHeight(term, step, s.model, *s.trajectory, s.dynamics.get());
-  return EvaluateHeight(term, step, s.model, *s.trajectory, heights,
-                        reference != nullptr ? *reference : std::vector<double>{heights[0]}, s.dynamics.get(),
-                        &bar->states);
-}
-
 double RolloutModel::EvaluateDistillation(const Simulated& s, const Reference& reference, Cotangents* bar) const {
   double loss = 0.0;
   for (std::size_t i = 0; i < reference.paths.size(); ++i) {
     const Reference::Path& path = reference.paths[i];
-    loss +=
-        std::visit(Overloaded{[&](const PositionMatchLoss& term) {
-                                const int body = s.model.body_index.at(term.body);
-                                return EvaluatePositionMatch(term, s.scene.rollout.step,
-                                                             TraceBody(*s.trajectory, body, s.dynamics.get()),
-                                                             path.body, &bar->states);
-                              },
-                              [&](const HeightLoss& term) { return EvaluateHeightTerm(term, s, &path.heights, bar); }},
-                   s.scene.loss.distillation[i]);
+    loss += std::visit(Overloaded{[&](const PositionMatchLoss& term) {
+                                    const int body = s.model.body_index.at(term.body);
+                                    return EvaluatePositionMatch(term, s.scene.rollout.step,
+                                                                 TraceBody(*s.trajectory, body, s.dynamics.get()),
+                                                                 path.body, &bar->states);
+                                  },
+                                  [&](const HeightLoss& term) {
+                                    return EvaluateHeightMatch(term, s.scene.rollout.step, s.model, *s.trajectory,
+                                                               path.heights, s.dynamics.get(), &bar->states);
+                                  }},
+                       s.scene.loss.distillation[i]);
   }
   return loss;
 }

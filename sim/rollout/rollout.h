@@ -117,9 +117,6 @@ class RolloutModel {
                      const std::vector<double>& variation, const std::function<void(int)>& progress);
   double EvaluateTask(const Simulated& s, Cotangents* bar) const;
   double EvaluateDistillation(const Simulated& s, const Reference& reference, Cotangents* bar) const;
-  // Against the height at the start where `reference` is null.
-  double EvaluateHeightTerm(const HeightLoss& term, const Simulated& s, const std::vector<double>* reference,
-                            Cotangents* bar) const;
   bool TestSuccess(const Simulated& s) const;
   void AddGradient(const Eigen::VectorXd& controls, const Simulated& s, Cotangents* bar, RolloutOutput* out) const;
 

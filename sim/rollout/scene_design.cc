@@ -101,6 +101,10 @@ void SceneDesign::MoveAttachments(const VectorXd& theta, Scene* scene) const {
     auto* target = std::get_if<PointTargetLoss>(&term);
     if (target != nullptr) move(target->body, Vector3d(target->point), &target->point);
   }
+  for (Grip& grip : scene->grips) {
+    move(grip.body, Vector3d(grip.point), &grip.point);
+    move(grip.held, Vector3d(grip.held_point), &grip.held_point);
+  }
   if (!scene->policy) return;
   for (PolicyObservation& observation : scene->policy->observations) {
     std::visit(
@@ -130,6 +134,10 @@ VectorXd SceneDesign::PullBack(const Scene& scene, const DesignedShapes& shapes,
     const BodyParameterCotangent& b = gradient.bodies[static_cast<std::size_t>(model.body_index.at(body.name))];
     out += Find(body.name)->PullBack(
         PullBackMassProperties(shapes.at(body.name).mesh, inertia->density, {b.mass, b.first_moment, b.inertia}));
+  }
+  for (std::size_t i = 0; i < scene.grips.size(); ++i) {
+    add_point(scene.grips[i].body, scene.grips[i].point, gradient.grips[i].p_SA);
+    add_point(scene.grips[i].held, scene.grips[i].held_point, gradient.grips[i].p_BP);
   }
   std::map<std::string, Matrix3Xd> vertices;  // of a body, over its contacts
   for (std::size_t i = 0; i < gradient.vertices.size(); ++i) {

@@ -45,8 +45,8 @@ class SceneDesign {
 
   DesignedShapes CalcShapes(const Eigen::VectorXd& theta) const;
 
-  // Moves joints and watched points, those of losses and of the policy, that hang on designed bodies from where the
-  // file has them to where theta does.
+  // Moves joints, points of grips and watched points, those of losses and of the policy, that hang on designed bodies
+  // from where the file has them to where theta does.
   void MoveAttachments(const Eigen::VectorXd& theta, Scene* scene) const;
 
   // dloss/dtheta. `scene` is the one before MoveAttachments, `model` was built after it with these shapes.

@@ -25,6 +25,7 @@ class SceneChecker {
     for (const Body& body : scene_.bodies) CheckBody(body);
     for (const Rope& rope : scene_.ropes) CheckRope(rope);
     for (std::size_t i = 0; i < scene_.contacts.size(); ++i) CheckContact(i);
+    for (std::size_t i = 0; i < scene_.grips.size(); ++i) CheckGrip(i);
     CheckDesign();
     CheckRollout();
     CheckLoss();
@@ -63,6 +64,28 @@ class SceneChecker {
           }
         },
         body.joint.kind);
+    const auto* prescribed = std::get_if<PrescribedJoint>(&body.joint.kind);
+    const auto* motion = prescribed != nullptr ? std::get_if<SegmentsMotion>(&prescribed->motion) : nullptr;
+    for (std::size_t i = 0; motion != nullptr && i < motion->segments.size(); ++i) {
+      CheckSegment(motion->segments[i], body, fmt::format("{}.joint.motion.segments[{}]", path, i));
+    }
+  }
+
+  void CheckSegment(const MotionSegment& segment, const Body& body, const std::string& path) {
+    if (segment.ramp > 0.5 * segment.duration) {
+      Report({path + ".ramp", path + ".duration"},
+             fmt::format("must be at most half the duration, {}", FormatQuantity(0.5 * segment.duration, kTime)));
+    }
+    const bool has_axis = segment.axis.norm() > 0.0;
+    const bool tips = segment.tips.norm() > 0.0;
+    if (segment.angle != 0.0 && has_axis == tips) {
+      Report({path + ".angle", path + ".axis", path + ".tips"}, "a turn needs either `axis` or `tips`");
+    }
+    if (tips && body.parent != kWorldName) {
+      Report({path + ".tips", "bodies." + body.name + ".parent"},
+             "what is level is known only where the world carries the joint");
+    }
+    if (tips && scene_.gravity.norm() == 0.0) Report({path + ".tips", "gravity"}, "nothing is level without gravity");
   }
 
   template <class OneDofJoint>
@@ -134,8 +157,13 @@ class SceneChecker {
       Report({path + ".rounding", path + ".thickness"},
              fmt::format("must be at most half the least size, {}", FormatQuantity(most, kLength)));
     }
-    const double most_advance = 4.0 * static_cast<double>(rope.initial.links_per_side) * rope.pitch;
-    if (std::abs(rope.initial.advance) >= most_advance) {
+    if (const auto* straight = std::get_if<StraightState>(&rope.initial)) {
+      if (straight->direction.norm() == 0.0) Report({path + ".initial.direction"}, "must not be zero");
+      return;
+    }
+    const HelixState& helix = std::get<HelixState>(rope.initial);
+    const double most_advance = 4.0 * static_cast<double>(helix.links_per_side) * rope.pitch;
+    if (std::abs(helix.advance) >= most_advance) {
       Report({path + ".initial.advance", path + ".pitch"},
              fmt::format("must be less than the links of a turn are long, {}", FormatQuantity(most_advance, kLength)));
     }
@@ -164,6 +192,23 @@ class SceneChecker {
       if (body == nullptr || body->shape) continue;
       Report({fmt::format("{}[{}]", path, side), fmt::format("bodies.{}.shape", scene_.contacts[i].bodies[side])},
              "this body has no shape to touch with");
+    }
+  }
+
+  void CheckGrip(std::size_t i) {
+    const Grip& grip = scene_.grips[i];
+    const std::string path = fmt::format("grips[{}]", i);
+    if (grip.body == grip.held && !grip.body.empty()) Report({path + ".held"}, "a body cannot hold itself");
+    if (grip.until <= grip.from) {
+      Report({path + ".until", path + ".from"},
+             fmt::format("must be more than `from`, {}", FormatQuantity(grip.from, kTime)));
+    }
+    const Rope* rope = FindRope(grip.held);
+    if (rope == nullptr) return;
+    const double length = static_cast<double>(rope->links) * rope->pitch;
+    if (grip.held_point.x() < 0.0 || grip.held_point.x() > length * (1.0 + kDecimalRoundOff)) {
+      Report({path + ".held_point[0]", path + ".held_point", "ropes." + rope->name + ".links"},
+             fmt::format("must lie on the rope, from 0 m to {}", FormatQuantity(length, kLength)));
     }
   }
 
@@ -262,7 +307,7 @@ class SceneChecker {
       const std::string path = fmt::format("loss.task[{}]", i);
       const TaskTerm& term = scene_.loss.task[i];
       if (const auto* crossing = std::get_if<CrossingLoss>(&term)) CheckOpening(crossing->opening, path);
-      if (const auto* height = std::get_if<HeightLoss>(&term)) CheckHeight(*height, path);
+      if (const auto* hold = std::get_if<HeightHoldLoss>(&term)) CheckHeight(hold->height, path);
       if (std::holds_alternative<ControlCostLoss>(term) && !scene_.IsDriven()) {
         Report({path + ".type", path}, "the scenario has no section controls or policy");
       }
@@ -304,6 +349,14 @@ class SceneChecker {
     if (loss.until > scene_.rollout.horizon) {
       Report({path + ".until", "rollout.horizon"},
              fmt::format("must be at most the horizon, {}", FormatQuantity(scene_.rollout.horizon, kTime)));
+    }
+    if (loss.from == 0.0) return;
+    if (!IsWholeMultiple(loss.from, loss.sample_period)) {
+      Report({path + ".from", path + ".sample_period"},
+             fmt::format("must be a whole number of sample periods of {}", FormatQuantity(loss.sample_period, kTime)));
+    } else if (loss.from >= loss.until) {
+      Report({path + ".from", path + ".until"},
+             fmt::format("must be less than `until`, {}", FormatQuantity(loss.until, kTime)));
     }
   }
 

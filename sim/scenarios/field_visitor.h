@@ -189,8 +189,10 @@ class FieldVisitor {
     Alternatives(info,
                  {names, [&value] { return value.index(); },
                   [&value](std::size_t i) {
-                    static const std::array<std::variant<Types...>, sizeof...(Types)> kDefaults{Types{}...};
-                    if (value.index() != i) value = kDefaults[i];
+                    using Variant = std::variant<Types...>;
+                    static constexpr std::array<void (*)(Variant&), sizeof...(Types)> kMake{
+                        [](Variant& v) { v.template emplace<Types>(); }...};
+                    if (value.index() != i) kMake[i](value);
                   }},
                  [&value, visit_alternative](FieldVisitor& v) {
                    std::visit([&v, &visit_alternative](auto& alternative) { visit_alternative(v, alternative); },

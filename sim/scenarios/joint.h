@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <variant>
+#include <vector>
 
 namespace knap {
 
@@ -26,7 +27,24 @@ struct ConstantVelocityMotion {
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // w_JB_J [rad/s]
 };
 
-using Motion = std::variant<ZigzagMotion, ConstantVelocityMotion>;
+// A shift and a turn about Bo in step, from rest to rest: the speed rises as a smooth step during `ramp`, is constant,
+// and falls as it rose. A turn's axis is fixed in J: either `axis`, or the level one across `tips`, a direction in J
+// that a full turn so carries through upright and upside down; up is against gravity at the start.
+struct MotionSegment {
+  double duration = 0.0;                            // [s]
+  double ramp = 0.0;                                // [s], at most half the duration
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();  // in J [m]
+  double angle = 0.0;                               // [rad]
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();   // in J, of any length; zero: not given
+  Eigen::Vector3d tips = Eigen::Vector3d::Zero();   // likewise; where the angle is not zero, one of the two is given
+};
+
+// One segment after the other from J on, then still.
+struct SegmentsMotion {
+  std::vector<MotionSegment> segments;
+};
+
+using Motion = std::variant<ZigzagMotion, ConstantVelocityMotion, SegmentsMotion>;
 
 // The pose of B in J is a given function of time.
 struct PrescribedJoint {

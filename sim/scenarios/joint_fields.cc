@@ -29,8 +29,28 @@ static void VisitFields(FieldVisitor& v, ConstantVelocityMotion& m) {
   VisitVector(v, "angular_velocity", "of B in J", kAngularSpeed, m.angular_velocity);
 }
 
+static void VisitFields(FieldVisitor& v, MotionSegment& s) {
+  v.Number({.key = "duration", .doc = "from rest to rest", .dimension = kTime, .range = kPositive}, s.duration);
+  v.Number({.key = "ramp",
+            .doc = "during which the speed rises, and in the end falls; at most half the duration",
+            .dimension = kTime,
+            .range = kPositive},
+           s.ramp);
+  VisitVector(v, "shift", "of Bo in J", kLength, s.shift);
+  v.Number({.key = "angle", .doc = "of a turn about Bo", .required = false, .dimension = kAngle}, s.angle);
+  VisitVector(v, "axis", "of the turn in J, of any length", kDimensionless, s.axis);
+  VisitVector(v, "tips",
+              "in place of `axis`: a direction in J that points straight up and straight down during a full turn; the "
+              "axis is the level one across it",
+              kDimensionless, s.tips);
+}
+
+static void VisitFields(FieldVisitor& v, SegmentsMotion& m) {
+  v.StructList({.key = "segments", .doc = "one after the other, then still"}, m.segments, 1);
+}
+
 static void VisitFields(FieldVisitor& v, Motion& motion) {
-  v.OneOf({.key = "type", .doc = "how the body moves"}, motion, {"zigzag", "constant_velocity"});
+  v.OneOf({.key = "type", .doc = "how the body moves"}, motion, {"zigzag", "constant_velocity", "segments"});
 }
 
 static void VisitFields(FieldVisitor&, FixedJoint&) {}

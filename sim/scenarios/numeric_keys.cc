@@ -85,7 +85,7 @@ std::vector<double*> FindNumericKeys(Scene& scene, std::span<const std::string> 
 bool MayVary(std::string_view path) {
   const std::string_view section = path.substr(0, path.find_first_of(".["));
   return section == "gravity" || section == "gravity_direction" || section == "bodies" || section == "contacts" ||
-         section == "loss" || section == "success";
+         section == "grips" || section == "loss" || section == "success";
 }
 
 void ApplyVariation(Scene& scene, std::span<const double> values) {

@@ -91,6 +91,14 @@ struct HelixState {
   double advance = 0.0;  // along Wx, a turn [m]
 };
 
+// Straight, from its first joint on.
+struct StraightState {
+  Eigen::Vector3d start = Eigen::Vector3d::Zero();       // in W [m]
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitY();  // in W, not zero, of any length
+};
+
+using RopeState = std::variant<HelixState, StraightState>;
+
 // Boxes of square section on ball joints, one after another, with both ends free. Link i is the body that turns about
 // joint i; its x axis leads to joint i + 1, and its box lies between the two with half the gap at either end.
 struct Rope {
@@ -102,7 +110,7 @@ struct Rope {
   double rounding = 0.0;       // of the boxes [m], at most half their least size
   double link_mass = 0.0;      // [kg], spread evenly over the box
   double joint_damping = 0.0;  // [N·m·s/rad]
-  HelixState initial;          // at rest
+  RopeState initial;           // at rest
 };
 
 // ---- Contact ------------------------------------------------------------------------------------------------------
@@ -116,6 +124,22 @@ struct Contact {
   double rolling_resistance = 0.0;    // r in the torque r·radius·N against rolling [-]
   double slip_speed = 1e-3;           // speed at which friction is fully developed [m/s]
   double stick_distance = 0.0;        // by which a sticking point gives way; 0: slip_speed alone counts [m]
+};
+
+// ---- Grips --------------------------------------------------------------------------------------------------------
+
+// A spring with damping between a point of a body and one of another body or of a rope, for a time
+// (sim/contact/grip.h).
+struct Grip {
+  std::string body;                                      // that holds
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();       // in B [m]; moves with the mesh of a designed body
+  std::string held;                                      // a body or a rope, other than `body`
+  Eigen::Vector3d held_point = Eigen::Vector3d::Zero();  // likewise; of a rope: along it from its first joint, across
+  double stiffness = 0.0;                                // [N/m]
+  double damping = 0.0;                                  // [N·s/m]
+  double limit = 0.0;                                    // most that the spring pulls with [N]; 0: none
+  double from = 0.0;                                     // [s]
+  double until = 0.0;                                    // > from [s]
 };
 
 // ---- Design -------------------------------------------------------------------------------------------------------
@@ -222,15 +246,23 @@ struct CrossingLoss {
 
 enum class Normalization { kSum, kMean };
 
-// weight·Σ_samples (h − h')² of the height h of a rope's centre of mass against gravity, in length_unit, up to the time
-// `until`. As a task term h' is the height at the start, as a distillation term that of the reference trajectory.
+// weight·Σ_samples (h − h')² of the height h of a rope's centre of mass against gravity, in length_unit, over samples
+// after the time `from` up to `until`. As a distillation term h' is the height on the reference trajectory.
 struct HeightLoss {
   std::string rope;
   double sample_period = 0.0;  // [s], a whole number of steps
+  double from = 0.0;           // [s], a whole number of sample periods, less than `until`
   double until = 0.0;          // [s], at most the horizon
   Normalization normalize = Normalization::kSum;
   double weight = 1.0;
   double length_unit = 1.0;  // length in which the loss counts [m]
+};
+
+// As a task term: h' is the height that the rope's centre of mass of time `from` has if it is carried along by a body,
+// as a point of it; where the world carries it, the height at that time.
+struct HeightHoldLoss {
+  HeightLoss height;
+  std::string carried_by = kWorldName;  // "world" or the name of a body
 };
 
 // weight·Σ ‖u‖² over the control intervals, u the commands of one interval.
@@ -254,7 +286,7 @@ struct PointTargetLoss {
   double length_unit = 1.0;  // length in which the loss counts [m]
 };
 
-using TaskTerm = std::variant<CrossingLoss, HeightLoss, ControlCostLoss, PointTargetLoss>;
+using TaskTerm = std::variant<CrossingLoss, HeightHoldLoss, ControlCostLoss, PointTargetLoss>;
 
 // weight·Σ_samples ‖p − p'‖² over the chosen axes of W, p' on the reference trajectory; kMean divides by the number of
 // samples.
@@ -343,6 +375,7 @@ struct Scene {
   std::vector<Body> bodies;
   std::vector<Rope> ropes;
   std::vector<Contact> contacts;
+  std::vector<Grip> grips;
   std::optional<Design> design;      // none: no design parameters
   std::optional<Controls> controls;  // none: nothing is driven open loop
   std::optional<Policy> policy;      // none: nothing is driven in a closed loop; else no actuator that controls drive

@@ -3,6 +3,7 @@
 #include "sim/scenarios/common_fields.h"
 #include "sim/scenarios/control_fields.h"
 #include "sim/scenarios/joint_fields.h"
+#include "sim/scenarios/loss_fields.h"
 
 namespace knap {
 namespace {
@@ -101,6 +102,15 @@ static void VisitFields(FieldVisitor& v, HelixState& h) {
   v.Number({.key = "advance", .doc = "along x, a turn", .dimension = kLength}, h.advance);
 }
 
+static void VisitFields(FieldVisitor& v, StraightState& s) {
+  VisitVector(v, "start", "of its first joint in the world", kLength, s.start);
+  v.Numbers({.key = "direction", .doc = "in the world, of any length but zero"}, s.direction);
+}
+
+static void VisitFields(FieldVisitor& v, RopeState& state) {
+  v.OneOf({.key = "type", .doc = "helix: wound squarely; straight"}, state, {"helix", "straight"});
+}
+
 static void VisitFields(FieldVisitor& v, Rope& r) {
   v.Text({.key = "name", .doc = "of the rope", .role = TextRole::kNewRope}, r.name);
   v.Integer({.key = "links", .doc = "boxes on ball joints", .range = {1.0, 10000.0}}, r.links);
@@ -125,7 +135,7 @@ static void VisitFields(FieldVisitor& v, Rope& r) {
             .dimension = kAngularDamping,
             .range = kNonNegative},
            r.joint_damping);
-  v.Struct({.key = "initial", .doc = "a square helix, at rest"}, r.initial);
+  v.Struct({.key = "initial", .doc = "how it lies at time 0, at rest"}, r.initial);
 }
 
 // ---- Contact ------------------------------------------------------------------------------------------------------
@@ -156,6 +166,35 @@ static void VisitFields(FieldVisitor& v, Contact& c) {
             .dimension = kLength,
             .range = kNonNegative},
            c.stick_distance);
+}
+
+// ---- Grips --------------------------------------------------------------------------------------------------------
+
+static void VisitFields(FieldVisitor& v, Grip& g) {
+  v.Text({.key = "body", .doc = "that holds", .role = TextRole::kBody}, g.body);
+  VisitVector(v, "point", "in the body; on a designed body it moves with the mesh", kLength, g.point);
+  v.Text({.key = "held", .doc = "that is held", .role = TextRole::kBodyOrRope}, g.held);
+  VisitVector(v, "held_point", "in the held body, likewise; of a rope: x along it from its first joint, y and z across",
+              kLength, g.held_point);
+  v.Number(
+      {.key = "stiffness", .doc = "of a spring from point to point", .dimension = kLinearStiffness, .range = kPositive},
+      g.stiffness);
+  v.Number({.key = "damping",
+            .doc = "force per speed of the held point as the holding body sees it",
+            .required = false,
+            .dimension = kLinearDamping,
+            .range = kNonNegative},
+           g.damping);
+  v.Number({.key = "limit",
+            .doc = "F: pulls with k d/sqrt(1 + (k d/F)^2), from afar with F; 0: a linear spring",
+            .required = false,
+            .dimension = kForceDimension,
+            .range = kNonNegative},
+           g.limit);
+  v.Number(
+      {.key = "from", .doc = "time from which it holds", .required = false, .dimension = kTime, .range = kNonNegative},
+      g.from);
+  v.Number({.key = "until", .doc = "time at which it lets go", .dimension = kTime, .range = kPositive}, g.until);
 }
 
 // ---- Design -------------------------------------------------------------------------------------------------------
@@ -233,7 +272,7 @@ static void VisitFields(FieldVisitor& v, Variation& x) {
           [&x](FieldVisitor& w, auto& distribution) { VisitDistribution(w, x.key, distribution); });
 }
 
-// ---- Rollout, loss, success ---------------------------------------------------------------------------------------
+// ---- Rollout ------------------------------------------------------------------------------------------------------
 
 static void VisitFields(FieldVisitor& v, Rollout& r) {
   v.Number({.key = "horizon", .doc = "duration, a whole number of steps", .dimension = kTime, .range = kPositive},
@@ -249,132 +288,6 @@ static void VisitFields(FieldVisitor& v, Rollout& r) {
              .required = false,
              .range = {1.0, 1000.0}},
             r.newton_max_iterations);
-}
-
-static void VisitOpening(FieldVisitor& v, Opening& o) {
-  v.Text({.key = "body", .doc = "whose origin is watched", .role = TextRole::kBody}, o.body);
-  VisitAxis(v, "axis", "of the world, across the plane of the opening", o.axis);
-  v.Number({.key = "at", .doc = "coordinate of the plane along `axis`", .dimension = kLength}, o.at);
-  VisitAxis(v, "opening_axis", "of the world, along the opening", o.opening_axis);
-  v.Number({.key = "opening_center", .doc = "coordinate along `opening_axis`", .required = false, .dimension = kLength},
-           o.opening_center);
-  v.Number({.key = "opening_half_width", .doc = "of the gap", .dimension = kLength, .range = kNonNegative},
-           o.opening_half_width);
-}
-
-static void VisitWeight(FieldVisitor& v, double& weight, double& length_unit) {
-  v.Number({.key = "weight", .doc = "factor of this term", .required = false, .range = kNonNegative}, weight);
-  v.Number({.key = "length_unit",
-            .doc = "length that counts as 1",
-            .required = false,
-            .dimension = kLength,
-            .range = kPositive},
-           length_unit);
-}
-
-static void VisitFields(FieldVisitor& v, CrossingLoss& l) {
-  VisitOpening(v, l.opening);
-  VisitWeight(v, l.weight, l.length_unit);
-  v.Number({.key = "shortfall_weight",
-            .doc = "of a body that never reaches the plane",
-            .required = false,
-            .range = kNonNegative},
-           l.shortfall_weight);
-  v.Number({.key = "shortfall_scale",
-            .doc = "missing distance beyond which the penalty levels off",
-            .required = false,
-            .dimension = kLength,
-            .range = kPositive},
-           l.shortfall_scale);
-}
-
-static void VisitFields(FieldVisitor& v, ControlCostLoss& l) {
-  v.Number({.key = "weight", .doc = "factor of this term", .required = false, .range = kNonNegative}, l.weight);
-}
-
-static void VisitFields(FieldVisitor& v, TimedTarget& t) {
-  v.Number({.key = "from", .doc = "time from which it counts", .dimension = kTime, .range = kNonNegative}, t.from);
-  v.Numbers({.key = "position", .doc = "in the world", .dimension = kLength}, t.position);
-}
-
-static void VisitSamplePeriod(FieldVisitor& v, double& period) {
-  v.Number({.key = "sample_period",
-            .doc = "between samples, a whole number of steps",
-            .dimension = kTime,
-            .range = kPositive},
-           period);
-}
-
-static constexpr string_view kNormalizations[] = {"sum", "mean"};
-
-static void VisitFields(FieldVisitor& v, HeightLoss& l) {
-  v.Text({.key = "rope", .doc = "whose centre of mass is watched", .role = TextRole::kRope}, l.rope);
-  VisitSamplePeriod(v, l.sample_period);
-  v.Number({.key = "until", .doc = "the last sample's time, at most", .dimension = kTime, .range = kPositive}, l.until);
-  v.EnumField({.key = "normalize", .doc = "over the samples", .required = false}, l.normalize, kNormalizations);
-  VisitWeight(v, l.weight, l.length_unit);
-}
-
-static void VisitFields(FieldVisitor& v, PointTargetLoss& l) {
-  v.Text({.key = "body", .doc = "that carries the point", .role = TextRole::kBody}, l.body);
-  VisitVector(v, "point", "in B; on a designed body it moves with the mesh", kLength, l.point);
-  v.StructList({.key = "targets", .doc = "by time, the first from 0 s; a sample's is the one when its period begins"},
-               l.targets, 1);
-  VisitSamplePeriod(v, l.sample_period);
-  VisitWeight(v, l.weight, l.length_unit);
-}
-
-static void VisitFields(FieldVisitor& v, TaskTerm& term) {
-  v.OneOf({.key = "type",
-           .doc = "crossing: squared distance from an opening where the body crosses its plane; height_hold: squared "
-                  "change of height; control_cost: squared commands, one sample a control interval; point_target: "
-                  "distance of a body's point from targets"},
-          term, {"crossing", "height_hold", "control_cost", "point_target"});
-}
-
-static void VisitFields(FieldVisitor& v, PositionMatchLoss& l) {
-  v.Text({.key = "body", .doc = "whose origin is compared", .role = TextRole::kBody}, l.body);
-  v.LeafList({.key = "axes", .doc = "of the world, the coordinates compared"}, l.axes, 1,
-             [](FieldVisitor& w, Axis& axis) { w.EnumField({}, axis, kAxisNames); });
-  VisitSamplePeriod(v, l.sample_period);
-  v.EnumField({.key = "normalize", .doc = "over the samples", .required = false}, l.normalize, kNormalizations);
-  VisitWeight(v, l.weight, l.length_unit);
-}
-
-static void VisitFields(FieldVisitor& v, DistillationTerm& term) {
-  v.OneOf({.key = "type",
-           .doc = "position_match, height_match: squared distance from the reference trajectory, squared difference "
-                  "from its height"},
-          term, {"position_match", "height_match"});
-}
-
-static void VisitFields(FieldVisitor& v, Loss& l) {
-  v.StructList({.key = "task", .doc = "terms, added up", .required = false}, l.task);
-  v.StructList({.key = "distillation", .doc = "terms, added up", .required = false}, l.distillation);
-}
-
-static void VisitFields(FieldVisitor& v, CrossesOpening& s) { VisitOpening(v, s.opening); }
-
-static void VisitFields(FieldVisitor& v, HoldsRope& s) {
-  v.Text({.key = "rope", .doc = "that is held", .role = TextRole::kRope}, s.rope);
-  v.Text({.key = "body", .doc = "that holds it", .role = TextRole::kBody}, s.body);
-  v.Number({.key = "distance",
-            .doc = "of the rope's centre of mass from the body's origin at the end, at most",
-            .dimension = kLength,
-            .range = kPositive},
-           s.distance);
-  v.Number({.key = "touched_within",
-            .doc = "time before the end during which the two must have touched",
-            .dimension = kTime,
-            .range = kPositive},
-           s.touched_within);
-}
-
-static void VisitFields(FieldVisitor& v, SuccessTest& test) {
-  v.OneOf({.key = "type",
-           .doc = "crosses_opening: the first crossing of the plane lies in the opening; holds_rope: it is near and "
-                  "touched at the end"},
-          test, {"crosses_opening", "holds_rope"});
 }
 
 // ---- Learning -----------------------------------------------------------------------------------------------------
@@ -468,6 +381,7 @@ void VisitFields(FieldVisitor& v, Scene& s) {
   v.StructList({.key = "bodies", .doc = "a tree, in any order"}, s.bodies, 1);
   v.StructList({.key = "ropes", .doc = "chains of boxes", .required = false}, s.ropes);
   v.StructList({.key = "contacts", .doc = "pairs of bodies that touch", .required = false}, s.contacts);
+  v.StructList({.key = "grips", .doc = "springs that hold for a time", .required = false}, s.grips);
   v.OptionalStruct({.key = "design", .doc = "what is learned", .required = false}, s.design);
   v.OptionalStruct({.key = "controls", .doc = "open-loop controls of actuators", .required = false}, s.controls);
   v.Struct({.key = "rollout", .doc = "how one variation is simulated"}, s.rollout);

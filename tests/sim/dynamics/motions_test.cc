@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <functional>
+#include <vector>
 
 namespace knap {
 namespace {
@@ -88,6 +89,34 @@ TEST(ConstantVelocity, RatesEqualDifferencesAndStayConstantInF) {
       EXPECT_LT((s.X_FB.p - time * v).norm(), 1e-15 * (1.0 + time));
     }
   }
+}
+
+std::vector<MotionPiece> MakePieces() {
+  return {{1.0, 0.3, Vector3d(0.1, 0.0, -0.2), Vector3d::Zero()},
+          {2.0, 0.5, Vector3d(0.0, 0.3, 0.1), Vector3d(-7.0, 2.0, 1.0)},
+          {0.5, 0.25, Vector3d::Zero(), Vector3d(0.0, 0.4, 3.0)}};
+}
+
+TEST(Pieces, RatesEqualDifferences) {
+  const auto motion = [](double t) { return CalcPieces(MakePieces(), t); };
+  // Jerk jumps at the ends of ramps, which differences smear over their step.
+  for (int i = 0; i < 40; ++i) CheckRates(motion, 0.013 + 0.1 * i, 2e-7);
+}
+
+TEST(Pieces, GoWhereTheySayAndRestThere) {
+  const std::vector<MotionPiece> pieces = MakePieces();
+  for (const double time : {0.0, 1.0, 3.0, 3.5, 9.0}) {
+    const PrescribedState state = CalcPieces(pieces, time);
+    EXPECT_LT(state.V.norm(), 1e-12) << time;
+    EXPECT_LT(state.A.norm(), 1e-12) << time;
+  }
+  // Turns about axes of F, the later on the outside.
+  const Matrix3d R = (ExpSo3(pieces[2].turn) * ExpSo3(pieces[1].turn)).toRotationMatrix();
+  EXPECT_LT((CalcPieces(pieces, 9.0).X_FB.R - R).norm(), 1e-14);
+  EXPECT_LT((CalcPieces(pieces, 9.0).X_FB.p - Vector3d(0.1, 0.3, -0.1)).norm(), 1e-15);
+  // Between the ramps the speed is constant: of 2 s, 0.5 s at either end count half.
+  EXPECT_LT((CalcPieces(pieces, 2.0).X_FB.R * CalcPieces(pieces, 2.0).V.head<3>() - pieces[1].turn / 1.5).norm(),
+            1e-13);
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ ContactModel World::MakeContacts() const {
   for (const ContactMeshOf& of : meshes) {
     pairs[of.contact].shapes[of.side] = MeshGeometry{std::make_shared<ContactMesh>(of.mesh, of.sampling)};
   }
-  return ContactModel(std::move(pairs));
+  return ContactModel(std::move(pairs), grips);
 }
 
 namespace {
@@ -150,6 +150,14 @@ std::vector<WorldDirection> MakeDirections(RandomTree* random, const World& worl
           [i, da](World* w, double s) { w->bodies[i].axis = (w->bodies[i].axis + s * da).normalized(); });
     }
   }
+  for (std::size_t i = 0; i < world.grips.size(); ++i) {
+    const Vector3d by_holder = random->Vec().normalized();
+    add("point that holds", g.grips[i].p_SA.dot(by_holder),
+        [i, by_holder](World* w, double s) { w->grips[i].p_SA += s * by_holder; });
+    const Vector3d by_held = random->Vec().normalized();
+    add("point that is held", g.grips[i].p_BP.dot(by_held),
+        [i, by_held](World* w, double s) { w->grips[i].p_BP += s * by_held; });
+  }
   for (std::size_t m = 0; m < world.meshes.size(); ++m) {
     const Matrix3Xd& bar = g.vertices[world.meshes[m].contact];
     const Matrix3Xd dm = Matrix3Xd::NullaryExpr(3, bar.cols(), [&] { return random->U(); }).normalized();
@@ -168,6 +176,7 @@ WorldCase MakeWorldCase(RandomTree* random) {
                random->tree.gravity,
                random->q,
                random->Values(random->tree.nv(), 1.0),
+               {},
                {},
                {},
                {},

@@ -24,6 +24,7 @@ struct World {
   Eigen::VectorXd v0;
   ControlSequence controls;
   std::vector<ContactPair> contacts;
+  std::vector<GripSpring> grips;
   // Of the contacts that have a mesh: theirs, which takes the place of what `contacts` say.
   struct ContactMeshOf {
     int contact = 0;

@@ -1,4 +1,4 @@
-// configs/winding.yaml for tests: loaded, built for one design, and the designs they ask about.
+// configs/winding.yaml and winding_turn.yaml for tests: loaded, built for one design, and the designs they ask about.
 #pragma once
 
 #include <Eigen/Dense>
@@ -11,10 +11,14 @@
 
 namespace knap::test {
 
-inline RolloutModel LoadWinding(const std::vector<std::string>& overrides) {
-  const LoadedScenario loaded = LoadScenario(KNAP_CONFIGS "/winding.yaml", overrides);
+inline RolloutModel LoadConfig(const std::string& name, const std::vector<std::string>& overrides) {
+  const LoadedScenario loaded = LoadScenario(KNAP_CONFIGS "/" + name, overrides);
   if (!loaded.parsed.ok()) throw std::runtime_error(loaded.parsed.FormatErrors());
   return RolloutModel(loaded.files);
+}
+
+inline RolloutModel LoadWinding(const std::vector<std::string>& overrides) {
+  return LoadConfig("winding.yaml", overrides);
 }
 
 inline SceneModel Build(const RolloutModel& rollout, const Scene& scene, const Eigen::VectorXd& theta) {

@@ -41,6 +41,10 @@ TEST(ParseScene, ReadsEveryKindOfThing) {
   EXPECT_EQ(std::get<ZigzagMotion>(std::get<PrescribedJoint>(scene.bodies[1].joint.kind).motion).amplitude, 0.06);
   EXPECT_EQ(std::get<FreeJoint>(scene.bodies.back().joint.kind).initial.position, Eigen::Vector3d(0.0, 0.1, 0.01));
   EXPECT_EQ(scene.contacts[1].slip_speed, 1e-3);
+  EXPECT_EQ(std::get<StraightState>(scene.ropes[1].initial).start, Eigen::Vector3d(0.0, 0.0, 0.03));
+  EXPECT_EQ(scene.grips[0].limit, 2.0);
+  EXPECT_EQ(scene.grips[1].held, "pill");
+  EXPECT_EQ(std::get<HeightHoldLoss>(scene.loss.task[1]).carried_by, "wall");
   EXPECT_EQ(scene.design->bodies[0].moves[1].group, "right");
   EXPECT_EQ(scene.design->bodies[0].vertex_groups[1].vertices, (std::vector<std::int64_t>{4, 5}));
   EXPECT_EQ(std::get<PositionMatchLoss>(scene.loss.distillation[0]).axes, (std::vector<Axis>{Axis::kX, Axis::kY}));
@@ -72,7 +76,7 @@ const SceneErrorCase kFieldErrors[] = {
      "    shape: {type: half_space}\n    @initial: {}\n  - name: tool",
      "bodies.ground.initial: unknown key; expected one of: name, parent, joint, shape, inertia"},
     {"DuplicateKey", "evaluation: {variations: 20", "evaluation: {variations: 20, @variations: 21",
-     "evaluation.variations: duplicate key, first given in line 138"},
+     "evaluation.variations: duplicate key, first given in line 158"},
     {"MissingNumber", "{type: solid, mass: 4.2 g}", "@{type: solid}",
      "bodies.pea.inertia.mass: missing; expected a mass with its unit, such as "
      "'4.2 g', more than 0 kg"},

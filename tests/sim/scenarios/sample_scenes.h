@@ -72,6 +72,14 @@ bodies:
     joint: {type: free, attachment: {point: [1 mm, 2 mm, 3 mm]}}
     shape: {type: box, size: [29 mm, 8 mm, 9 mm], rounding: 1 mm, center: [15 mm, 0 mm, 0 mm]}
     inertia: {type: solid, mass: 1.5 g}
+  - name: hand
+    joint:
+      type: prescribed
+      motion:
+        type: segments
+        segments:
+          - {duration: 1 s, ramp: 0.4 s, shift: [1 cm, 2 cm, 0 cm], angle: 90 deg, axis: [0, 0, 3]}
+          - {duration: 2 s, ramp: 1 s, angle: 1 rad, tips: [1, 0, 0]}
   - name: pill
     joint: {type: free}
     shape: {type: capsule, radius: 4 mm, length: 2 cm, center: [0 mm, 0 mm, 1 cm]}
@@ -91,13 +99,24 @@ ropes:
     rounding: 0.9 mm
     link_mass: 1.5 g
     joint_damping: 2e-5 N*m*s/rad
-    initial: {center: [0 mm, 1 mm, 2 mm], links_per_side: 2, advance: 10 mm}
+    initial: {type: helix, center: [0 mm, 1 mm, 2 mm], links_per_side: 2, advance: 10 mm}
+  - name: cord
+    links: 3
+    pitch: 20 mm
+    thickness: 4 mm
+    rounding: 1 mm
+    link_mass: 1 g
+    initial: {type: straight, start: [0 mm, 0 mm, 30 mm], direction: [0, 2, 0]}
 contacts:
   - {bodies: [pea, ground], stiffness: 1.3e8 N/m^3, damping: 2 s/m, friction: 0.4,
      rolling_resistance: 0.03, slip_speed: 2 mm/s, stick_distance: 20 um}
   - {bodies: [tool, pea], stiffness: 1e8 N/m^3}
   - {bodies: [tool, rope], stiffness: 1e8 N/m^3}
   - {bodies: [rope, rope], stiffness: 1e8 N/m^3}
+grips:
+  - {body: tool, point: [1 mm, 2 mm, 3 mm], held: cord, held_point: [50 mm, 1 mm, 0 mm], stiffness: 200 N/m,
+     damping: 0.1 N*s/m, limit: 2 N, from: 0.25 s, until: 0.75 s}
+  - {body: wall, held: pill, stiffness: 10 N/m, until: 2 s}
 design:
   parameters:
     - {name: width, initial: 44 mm, lower: 20 mm, upper: 56 mm}
@@ -121,7 +140,8 @@ loss:
   task:
     - {type: crossing, body: pea, axis: y, at: 370 mm, opening_axis: x, opening_center: 1 mm, opening_half_width: 20 mm,
        weight: 2, length_unit: 1 cm, shortfall_weight: 3, shortfall_scale: 4 cm}
-    - {type: height_hold, rope: rope, sample_period: 40 ms, until: 0.5 s, normalize: mean, weight: 2, length_unit: 1 cm}
+    - {type: height_hold, rope: rope, sample_period: 40 ms, from: 80 ms, until: 0.5 s, carried_by: wall,
+       normalize: mean, weight: 2, length_unit: 1 cm}
     - {type: control_cost, weight: 0.1}
     - {type: point_target, body: pill, point: [0 mm, 0 mm, 1 cm], sample_period: 10 ms, weight: 10, length_unit: 1 cm,
        targets: [{from: 0 s, position: [1 cm, 2 cm, 3 cm]}, {from: 0.5 s, position: [0 m, 0 m, 1 m]}]}

@@ -1,0 +1,84 @@
+#include "sim/contact/grip.h"
+
+#include <cmath>
+
+namespace knap {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+namespace {
+
+// One grip as the dynamics' kinematics have it.
+struct Held {
+  RelativeMotion motion;
+  Vector3d c;  // P in S
+  Vector3d u;
+  GripForce force;
+
+  Held(const GripSpring& grip, const Dynamics& dynamics) {
+    const BodyKinematics& B = dynamics.kinematics()[grip.held];
+    const BodyKinematics& S = dynamics.kinematics()[grip.holder];
+    motion = RelativeMotion::Make(B.X_WB, B.V, S.X_WB, S.V);
+    c = motion.X_SB * grip.p_BP;
+    u = motion.nu.tail<3>() + motion.nu.head<3>().cross(c);
+    force = CalcGripForce(grip, c - grip.p_SA, u);
+  }
+};
+
+}  // namespace
+
+GripForce CalcGripForce(const GripSpring& grip, const Vector3d& d, const Vector3d& u) {
+  const Vector3d pull = grip.stiffness * d;
+  const double share2 = pull.squaredNorm() / (grip.limit * grip.limit);
+  const double s = std::sqrt(1.0 + share2);
+  GripForce out;
+  out.f = -pull / s - grip.damping * u;
+  const Vector3d direction = pull / (grip.limit * s);
+  out.df_dc = -grip.stiffness / s * (Matrix3d::Identity() - direction * direction.transpose());
+  out.df_du = -grip.damping;
+  return out;
+}
+
+void AddGripWrenches(const std::vector<GripSpring>& grips, Dynamics* dynamics) {
+  for (const GripSpring& grip : grips) {
+    if (!grip.ActsAt(dynamics->time())) continue;
+    const Held held(grip, *dynamics);
+    PairWrench wrench(held.motion);
+    wrench.AddForce(held.c, held.force.f, Vector3d::Zero());
+    wrench.AddTo(grip.held, grip.holder, dynamics);
+  }
+}
+
+void AddGripDerivatives(const std::vector<GripSpring>& grips, ContactDerivatives derivatives, Dynamics* dynamics) {
+  for (const GripSpring& grip : grips) {
+    if (!grip.ActsAt(dynamics->time())) continue;
+    const Held held(grip, *dynamics);
+    const Vector3d w = held.motion.nu.head<3>();
+    const Matrix3d df_dc = held.force.df_dc + held.force.df_du * Skew(w);
+    PairWrench wrench(held.motion);
+    wrench.AddForce(held.c, held.force.f, Vector3d::Zero());
+    wrench.AddJacobian(held.c, held.c, held.force.f, Matrix3d::Identity(), df_dc,
+                       held.force.df_du * Matrix3d::Identity());
+    wrench.AddDerivativesTo(grip.held, grip.holder, derivatives, dynamics);
+  }
+}
+
+void PullBackGrips(const std::vector<GripSpring>& grips, const std::vector<Vector6d>& bar_wrench,
+                   const Dynamics& dynamics, std::vector<GripCotangent>* out) {
+  for (std::size_t i = 0; i < grips.size(); ++i) {
+    const GripSpring& grip = grips[i];
+    if (!grip.ActsAt(dynamics.time())) continue;
+    const Held held(grip, dynamics);
+    // The wrench on B about So is (c × f, f), that on S its negative.
+    const Vector6d bar_F = ShiftTwist(held.motion.X_BS(), bar_wrench[grip.held]) - bar_wrench[grip.holder];
+    const Vector3d bar_f = bar_F.tail<3>() + bar_F.head<3>().cross(held.c);
+    const Vector3d by_place = held.force.df_dc.transpose() * bar_f;
+    const Vector3d bar_u = held.force.df_du * bar_f;
+    const Vector3d bar_c = by_place + bar_u.cross(held.motion.nu.head<3>()) + held.force.f.cross(bar_F.head<3>());
+    (*out)[i].p_SA -= by_place;
+    (*out)[i].p_BP += held.motion.X_SB.R.transpose() * bar_c;
+  }
+}
+
+}  // namespace knap
