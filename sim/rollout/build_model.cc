@@ -28,12 +28,14 @@ Vector3d CalcGravity(const Scene& scene) {
   return scene.gravity.norm() * Vector3d(level * std::cos(azimuth), level * std::sin(azimuth), z);
 }
 
-// The level axis across a direction, about which that turns down first; any one where the direction is not level at
-// all.
+// The level axis across a direction; any one where the direction is plumb. Of its two senses the one nearer to a fixed
+// direction, so that it hangs on where down is whether a turn dips this end first or the other.
 Vector3d CalcLevelAxis(const Vector3d& direction, const Vector3d& gravity) {
   const Vector3d d = direction.normalized();
   const Vector3d axis = d.cross(gravity.normalized());
-  return axis.norm() > 1e-9 ? axis.normalized() : d.unitOrthogonal();
+  const Vector3d across = d.unitOrthogonal();
+  if (!(axis.norm() > 1e-9)) return across;
+  return (axis.dot(across) < 0.0 ? -1.0 : 1.0) * axis.normalized();
 }
 
 // `gravity` in J.

@@ -29,7 +29,7 @@ struct ConstantVelocityMotion {
 
 // A shift and a turn about Bo in step, from rest to rest: the speed rises as a smooth step during `ramp`, is constant,
 // and falls as it rose. A turn's axis is fixed in J: either `axis`, or the level one across `tips`, a direction in J
-// that a full turn so carries through upright and upside down; up is against gravity at the start.
+// that a full turn so carries through upright and upside down; up is against gravity, the axis's sense fixed in J.
 struct MotionSegment {
   double duration = 0.0;                            // [s]
   double ramp = 0.0;                                // [s], at most half the duration

@@ -41,7 +41,7 @@ static void VisitFields(FieldVisitor& v, MotionSegment& s) {
   VisitVector(v, "axis", "of the turn in J, of any length", kDimensionless, s.axis);
   VisitVector(v, "tips",
               "in place of `axis`: a direction in J that points straight up and straight down during a full turn; the "
-              "axis is the level one across it",
+              "axis is the level one across it, whose sense is fixed in J and not to gravity",
               kDimensionless, s.tips);
 }
 
