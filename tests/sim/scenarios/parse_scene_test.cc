@@ -133,7 +133,7 @@ const SceneErrorCase kFieldErrors[] = {
      "'wall'?"},
     {"WorldHasNoShape", "bodies: [pea, ground]", "bodies: [pea, @world]",
      "contacts[0].bodies[1]: value 'world': no such body or rope; expected one of: ground, tool, wall, hinge, slider, "
-     "swivel, puck, brick, pill, pea, rope"},
+     "swivel, puck, brick, hand, pill, pea, rope, cord"},
     {"UnknownParameter", "parameter: depth", "parameter: @dept",
      "design.bodies.tool.moves[2].parameter: value 'dept': no such parameter; did you mean 'depth'?"},
     {"UnknownGroup", "width, group: right", "width, group: @rihgt",
