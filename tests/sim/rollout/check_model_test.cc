@@ -72,8 +72,8 @@ TEST_P(CheckModelTest, ReportsOnceAtItsPlace) {
 }
 
 const SceneErrorCase kRefused[] = {
-    {"GripOfWhatNothingMoves", "contacts:",
-     "grips:\n  - {body: pusher, held: @table, stiffness: 1 N/m, until: 1 s}\ncontacts:",
+    {"GripOfWhatNothingMoves",
+     "contacts:", "grips:\n  - {body: pusher, held: @table, stiffness: 1 N/m, until: 1 s}\ncontacts:",
      "grips[0].held: value 'table': forces move neither pusher nor table, so this grip does nothing"},
     {"TwoSurfaces", "bodies: [pea, table]", "bodies: @[pusher, table]",
      "contacts[0].bodies: forces move neither pusher nor table, so their contact does nothing"},
