@@ -104,7 +104,15 @@ class Search {
     Require(nlopt_set_ftol_rel(opt_.get(), options_.value_tolerance));
     Require(nlopt_set_xtol_abs1(opt_.get(), options_.step_tolerance));
     Require(nlopt_set_maxeval(opt_.get(), options_.max_evaluations));
-    if (!uses_gradient_) Require(nlopt_set_initial_step1(opt_.get(), options_.first_step * width_));
+    if (!uses_gradient_) {
+      // Each side's own: methods with a simplex or a trust region refuse a step that a narrow side has no room for.
+      std::vector<double> first(n);
+      for (std::size_t i = 0; i < n; ++i) {
+        const double width = z_upper_[i] - z_lower_[i];
+        first[i] = options_.first_step * (width > 0.0 ? width : width_);
+      }
+      Require(nlopt_set_initial_step(opt_.get(), first.data()));
+    }
 
     std::vector<double> z(n, 0.0);
     double value = 0.0;

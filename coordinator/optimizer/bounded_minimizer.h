@@ -9,8 +9,8 @@
 // meets; nlopt_set_initial_step has no effect on it. A loss in large units would then always jump to the edge of the
 // box, and one in small units would not move. So the objective is multiplied by one positive constant, chosen such that
 // this first step moves the steepest coordinate that can move by `first_step` times the box's widest side. The
-// constant changes neither the minimiser nor the relative tolerance. Algorithms without gradients get the same length
-// by nlopt_set_initial_step.
+// constant changes neither the minimiser nor the relative tolerance. Algorithms without gradients get
+// `first_step` of each side by nlopt_set_initial_step.
 //
 // Rejected points. An objective may refuse a point (`accepted` = false: its value is not to be trusted). The algorithm
 // then sees a value above all seen so far that grows with the distance from the best point, with that function's

@@ -148,6 +148,22 @@ TEST(BoundedMinimizerTest, DerivativeFreeAlgorithmsNeedNoGradient) {
   }
 }
 
+// A trust region that fits the widest side has no room in a narrow one, and LN_BOBYQA then refuses the problem.
+TEST(BoundedMinimizerTest, NarrowSidesLeaveRoomForTheFirstStep) {
+  const BoxProblem box{"narrow",
+                       [](const Vector& x) {
+                         return ObjectiveValue{.value = (x[0] - 0.3) * (x[0] - 0.3) + (x[1] - 0.02) * (x[1] - 0.02)};
+                       },
+                       {-1, 0},
+                       {1, 0.05},
+                       {0.9, 0.0},
+                       0.0,
+                       1e-8};
+  for (const char* algorithm : {"LN_BOBYQA", "LN_COBYLA", "LN_SBPLX"}) {
+    EXPECT_NEAR(Minimize(box.f, MakeProblem(box), MakeTightOptions(algorithm)).value, 0.0, 1e-5) << algorithm;
+  }
+}
+
 // Without scaling, LD_LBFGS steps by the bare gradient: 1e9 lands on the bound, 1e-9 counts as converged at the start.
 TEST(BoundedMinimizerTest, FirstStepDoesNotDependOnTheUnitOfTheLoss) {
   for (const double unit : {1e-9, 1.0, 1e9}) {
