@@ -28,7 +28,11 @@ inline SceneModel Build(const RolloutModel& rollout, const Scene& scene, const E
 // The initial spool with both sides of both ends of this length [m].
 inline Eigen::VectorXd MakeTheta(const RolloutModel& rollout, double ends) {
   Eigen::VectorXd theta = rollout.design()->initial_theta();
-  for (const int i : {0, 1, 6, 7}) theta(i) = ends;
+  const std::vector<DesignParameter>& parameters = rollout.scene().design->parameters;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const std::string station = parameters[i].name.substr(0, parameters[i].name.find('_'));
+    if (station == "first" || station == "fourth") theta(static_cast<Eigen::Index>(i)) = ends;
+  }
   return theta;
 }
 

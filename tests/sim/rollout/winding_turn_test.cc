@@ -84,11 +84,12 @@ TEST(WindingTurn, SuccessTellsAHeldRopeFromADroppedOne) {
   EXPECT_LT(wide.loss, 0.01 * prism.loss);
 }
 
-// Winding begins, one end held at a point of the mesh, and the spool turns at once.
+// Winding begins, one end held at a point inside the spool, which moves with all of the cage, and the spool turns at
+// once.
 TEST(WindingTurn, GradientsEqualDifferences) {
   RolloutModel rollout = test::LoadConfig(
       "winding_turn.yaml",
-      {"rollout.horizon=0.2 s", "rollout.newton_tolerance=1e-12",
+      {"rollout.horizon=0.2 s", "grips[0].point[2]=20 mm", "rollout.newton_tolerance=1e-12",
        "bodies.spool.joint.motion.segments[0].duration=0.1 s", "bodies.spool.joint.motion.segments[0].ramp=0.05 s",
        "bodies.spool.joint.motion.segments[1].duration=0.5 s", "bodies.spool.joint.motion.segments[1].ramp=0.1 s",
        "loss.task[0].from=0.1 s", "loss.task[0].until=0.2 s", "loss.distillation[0].from=0.1 s",
@@ -96,7 +97,7 @@ TEST(WindingTurn, GradientsEqualDifferences) {
   RolloutInput input;
   input.variation = {0.7, -0.6};
   input.theta = test::MakeTheta(rollout, 0.07);
-  input.theta(5) = 0.045;
+  input.theta(1) = 0.09;
   for (const bool distill : {false, true}) {
     input.theta_reference = distill ? test::MakeTheta(rollout, 0.06) : VectorXd();
     input.want_gradient = true;
@@ -105,7 +106,7 @@ TEST(WindingTurn, GradientsEqualDifferences) {
     const double scale = at.gradient.cwiseAbs().maxCoeff();
     EXPECT_GT(scale, 1e-6);
     input.want_gradient = false;
-    for (int i = 0; i < 8; ++i) {
+    for (int i = 0; i < 4; ++i) {
       double error = 1.0 / 0.0;
       for (const double step : {1e-6, 1e-7}) {
         const auto loss = [&](const VectorXd& theta) {
