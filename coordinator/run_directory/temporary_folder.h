@@ -14,7 +14,8 @@ class TemporaryFolder {
  public:
   // Throws std::system_error naming the folder when the disk refuses.
   TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "knap-XXXXXX").string();  // mkdtemp(3) fills in the Xs
+    const std::string pattern = "knap-" + std::string(6, 'X');  // mkdtemp(3) asks for six, and fills them in
+    std::string name = (std::filesystem::temp_directory_path() / pattern).string();
     if (mkdtemp(name.data()) == nullptr) {
       throw std::system_error(errno, std::generic_category(), "temporary folder " + name);
     }

@@ -121,29 +121,7 @@ TEST(Winding, GradientsEqualDifferences) {
   input.theta = MakeTheta(rollout, 0.07);
   input.theta(2) = 0.045;
   input.theta(5) = 0.042;
-  for (const bool distill : {false, true}) {
-    input.theta_reference = distill ? MakeTheta(rollout, 0.06) : VectorXd();
-    input.want_gradient = true;
-    const RolloutOutput at = rollout.Run(input, {});
-    ASSERT_TRUE(at.certificate.converged && at.certificate.finite);
-    const double scale = at.gradient.cwiseAbs().maxCoeff();
-    EXPECT_GT(scale, 1e-6);
-    input.want_gradient = false;
-    const VectorXd theta = input.theta;
-    for (int i = 0; i < 8; ++i) {
-      double error = 1.0 / 0.0;
-      for (const double step : {1e-6, 6e-8, 4e-9}) {
-        const auto moved = [&](double h) {
-          input.theta = theta;
-          input.theta(i) += h;
-          return rollout.Run(input, {}).loss;
-        };
-        error = std::min(error, std::abs(at.gradient(i) - (moved(step) - moved(-step)) / (2.0 * step)));
-      }
-      EXPECT_LT(error, 1e-4 * scale) << "parameter " << i << ", distillation " << distill;
-    }
-    input.theta = theta;
-  }
+  test::ExpectGradientsEqualDifferences(&rollout, input, test::MakeTheta(rollout, 0.06), {1e-6, 6e-8, 4e-9}, 1e-4);
 }
 
 // Whether a step is cut hangs on the design, and with it the loss: the certificate says that this gradient is doubtful.

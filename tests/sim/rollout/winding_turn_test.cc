@@ -9,7 +9,6 @@
 
 #include "sim/rollout/height_loss.h"
 #include "sim/scenarios/numeric_keys.h"
-#include "tests/sim/rollout/differences.h"
 #include "tests/sim/rollout/winding_scene.h"
 
 namespace knap {
@@ -98,27 +97,7 @@ TEST(WindingTurn, GradientsEqualDifferences) {
   input.variation = {0.7, -0.6};
   input.theta = test::MakeTheta(rollout, 0.07);
   input.theta(1) = 0.09;
-  for (const bool distill : {false, true}) {
-    input.theta_reference = distill ? test::MakeTheta(rollout, 0.06) : VectorXd();
-    input.want_gradient = true;
-    const RolloutOutput at = rollout.Run(input, {});
-    ASSERT_TRUE(at.certificate.converged && at.certificate.finite);
-    const double scale = at.gradient.cwiseAbs().maxCoeff();
-    EXPECT_GT(scale, 1e-6);
-    input.want_gradient = false;
-    for (int i = 0; i < 4; ++i) {
-      double error = 1.0 / 0.0;
-      for (const double step : {1e-6, 1e-7}) {
-        const auto loss = [&](const VectorXd& theta) {
-          RolloutInput moved = input;
-          moved.theta = theta;
-          return rollout.Run(moved, {}).loss;
-        };
-        error = std::min(error, std::abs(at.gradient(i) - test::CalcDifference(loss, input.theta, i, step)));
-      }
-      EXPECT_LT(error, 1e-5 * scale) << "parameter " << i << ", distillation " << distill;
-    }
-  }
+  test::ExpectGradientsEqualDifferences(&rollout, input, test::MakeTheta(rollout, 0.06), {1e-6, 1e-7}, 1e-5);
 }
 
 }  // namespace
