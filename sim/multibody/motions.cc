@@ -1,6 +1,7 @@
 #include "sim/multibody/motions.h"
 
 #include <cmath>
+#include <numbers>
 
 namespace knap {
 
@@ -30,8 +31,7 @@ Share CalcShare(const MotionPiece& piece, double time) {
 }  // namespace
 
 PrescribedState CalcZigzag(const Zigzag& motion, double time) {
-  constexpr double kTwoPi = 6.283185307179586476925286766559;
-  const double omega = kTwoPi / motion.period;
+  const double omega = 2.0 * std::numbers::pi / motion.period;
   const double k = motion.sharpness;
   const double s = std::sin(omega * time);
   const double c = std::cos(omega * time);

@@ -58,9 +58,9 @@ RolloutModel::Simulated RolloutModel::Simulate(const VectorXd& theta, const Vect
                                                const std::vector<double>& variation,
                                                const std::function<void(int)>& progress) {
   Simulated s;
-  s.scene = scene_;
+  s.scene = Scene(scene_);  // of a copied variant GCC 12 warns that it is uninitialized; not of a moved one
   ApplyVariation(s.scene, variation);
-  s.moved = s.scene;
+  s.moved = Scene(s.scene);
   if (design_) design_->MoveAttachments(theta, &s.moved);
   s.shapes = GetShapes(theta);
   s.model = BuildModel(s.moved, *s.shapes);

@@ -183,10 +183,13 @@ class TableCollector final : public FieldVisitor {
 std::string DescribeSceneFormat() {
   // One body for each joint: which initial state a body has depends on it.
   Scene scene;
-  for (const JointKind& kind : {JointKind(FixedJoint{}), JointKind(RevoluteJoint{}), JointKind(PrismaticJoint{}),
-                                JointKind(BallJoint{}), JointKind(PlanarJoint{}), JointKind(FreeJoint{})}) {
-    scene.bodies.emplace_back().joint.kind = kind;
-  }
+  const auto add = [&](const auto& kind) { scene.bodies.emplace_back().joint.kind = kind; };
+  add(FixedJoint{});
+  add(RevoluteJoint{});
+  add(PrismaticJoint{});
+  add(BallJoint{});
+  add(PlanarJoint{});
+  add(FreeJoint{});
   TableCollector collector;
   VisitFields(collector, scene);
   std::string text =
