@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <fstream>
 #include <sstream>
+#include <utility>
 
 #include "sim/scenarios/parse_scene.h"
 
@@ -17,9 +18,9 @@ class PushingConfig : public testing::Test {
     ASSERT_TRUE(stream) << KNAP_CONFIGS;
     std::ostringstream text;
     text << stream.rdbuf();
-    const ParseResult result = ParseScene(text.str(), "pushing.yaml");
+    ParseResult result = ParseScene(text.str(), "pushing.yaml");
     ASSERT_TRUE(result.ok()) << result.FormatErrors();
-    scene_ = result.scene;
+    scene_ = std::move(result.scene);
   }
 
   // Where the moves put a point that follows a station and lies at (x, 0) on file.
