@@ -4,13 +4,16 @@
 // (acceleration_predictor.h). The residual is tested before the first iteration, so what rests costs one evaluation. A
 // row's residual is judged against the magnitudes of the terms it sums, the largest of its joint: scaled residual =
 // max_rows |r| / magnitude. Where the line search is held up, Newton's matrix being nearly singular, the step is begun
-// again with added inertia (solve_step.cc). A step that does not converge even so is cut in two, by BDF1, up to
-// kMaxSubdivisions times; what still fails ends the trajectory with converged = false.
+// again with added inertia (solve_step.cc). A root that turns a joint by kLongestTurn or more is none: where everything
+// has been thrown away, forces are small beside the inertial terms, which are quadratic in the rates and judge the
+// residual. A step that does not converge even so is cut in two, by BDF1, up to kMaxSubdivisions times; what still
+// fails ends the trajectory with converged = false.
 #pragma once
 
 #include <Eigen/Dense>
 #include <cstddef>
 #include <functional>
+#include <numbers>
 #include <vector>
 
 #include "sim/contact/contact_model.h"
@@ -23,6 +26,8 @@
 namespace knap {
 
 inline constexpr int kMaxSubdivisions = 8;
+// Half a turn: a step that spans more cannot tell which way a joint went [rad].
+inline constexpr double kLongestTurn = std::numbers::pi;
 // A scaled residual that no step along Newton's direction lowers any more is accepted below this: what is left is
 // rounding, which grows with the stiffness of the contact. The certificate reports it as it is.
 inline constexpr double kRoundingFloor = 1e-11;
@@ -62,6 +67,8 @@ class Simulator {
   // *scaled: the scaled residual at xi_trial_, before and after.
   bool FindRoot(double time, const BdfCoefficients& c, const SimulationOptions& options, Trajectory* trajectory,
                 double* scaled);
+  // At xi_trial_: whether no joint turns by kLongestTurn or more.
+  bool IsWithinATurn() const;
   bool ComeNearWithAddedInertia(double time, const BdfCoefficients& c, Trajectory* trajectory, double* scaled);
   bool CalcNewtonStep(const BdfCoefficients& c, double added_inertia, Trajectory* trajectory);
   double CalcMerit() const;

@@ -81,12 +81,20 @@ bool Simulator::SolveStep(double time, const BdfCoefficients& c, const Simulatio
   return true;
 }
 
+bool Simulator::IsWithinATurn() const {
+  for (const TreeBody& body : dynamics_->tree().bodies()) {
+    const bool turns = body.joint == JointType::kRevolute || body.joint == JointType::kBall;
+    if (turns && !(xi_trial_.segment(body.v_start, CountDof(body.joint)).norm() < kLongestTurn)) return false;
+  }
+  return true;
+}
+
 // Newton with a backtracking line search, from xi_trial_.
 bool Simulator::FindRoot(double time, const BdfCoefficients& c, const SimulationOptions& options,
                          Trajectory* trajectory, double* scaled) {
   for (int iteration = 0;; ++iteration) {
     if (!std::isfinite(*scaled)) return false;
-    if (*scaled <= options.newton_tolerance) return true;
+    if (*scaled <= options.newton_tolerance) return IsWithinATurn();
     if (iteration == options.newton_max_iterations) return false;
     if (!CalcNewtonStep(c, 0.0, trajectory)) return false;
     scale_now_ = scale_;
@@ -104,7 +112,7 @@ bool Simulator::FindRoot(double time, const BdfCoefficients& c, const Simulation
       if (scaled_now > kRoundingFloor) return false;
       xi_trial_ = xi_;
       *scaled = Evaluate(time, c, *trajectory);
-      return true;
+      return IsWithinATurn();
     }
   }
 }

@@ -125,16 +125,22 @@ TEST_F(WatchTest, StatusShowsARunWhileItLearnsAndItsEnd) {
 }
 
 TEST_F(WatchTest, RecordingTellsTheJournalOfItsRunAlone) {
-  ChildProcess logger("/usr/bin/lcm-logger", {"--lcm-url", url_, folder_ / "run.log"}, folder_ / "", "logger");
-  const std::string port = fmt::format(":{:04X} ", ParseUdpmUrl(url_).port);
-  ASSERT_TRUE(WaitFor([&] { return ReadText("/proc/net/udp").find(port) != std::string::npos; })) << logger.ReadErr();
-  const Ended learned = Run(MakeArguments("run", 4));
-  ASSERT_EQ(learned.code, 0) << learned.err;
-  logger.Signal(SIGINT);
-  logger.Wait();
-
-  const Ended good = Run({"verify-log", "run.log", "run"});
-  EXPECT_EQ(good.code, 0) << good.err << logger.ReadErr();
+  // lcm-logger may miss a datagram where it gets no processor, and verify-log then says so: recorded again.
+  Ended good;
+  for (int attempt = 0; attempt < 3 && good.out.find("run.log tells run") == std::string::npos; ++attempt) {
+    std::filesystem::remove_all(folder_ / "run");
+    ChildProcess logger("/usr/bin/lcm-logger",
+                        {"--force", "--lcm-url", url_ + "&recv_buf_size=4194304", folder_ / "run.log"}, folder_ / "",
+                        "logger");
+    const std::string port = fmt::format(":{:04X} ", ParseUdpmUrl(url_).port);
+    ASSERT_TRUE(WaitFor([&] { return ReadText("/proc/net/udp").find(port) != std::string::npos; })) << logger.ReadErr();
+    const Ended learned = Run(MakeArguments("run", 4));
+    ASSERT_EQ(learned.code, 0) << learned.err;
+    logger.Signal(SIGINT);
+    logger.Wait();
+    good = Run({"verify-log", "run.log", "run"});
+  }
+  EXPECT_EQ(good.code, 0) << good.err;
   EXPECT_THAT(good.out, AllOf(HasSubstr("run.log tells run"), HasSubstr("0 messages damaged")));
 
   // The same recording without one result, wherever it was repeated.

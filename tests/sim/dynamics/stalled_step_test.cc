@@ -7,9 +7,12 @@
 //   I (x − x0)/h² + k sin x = 0,    with I/h² = k/2:   (x − x0)/2 + sin x = 0
 //
 // which has one root, at 0.8, and at 4π/3 a minimum of 0.08 that Newton's method falls into from x0.
+//
+// And the other way round: a root that is too far away to be this step's.
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "sim/integrators/simulate.h"
 
@@ -62,6 +65,34 @@ TEST(StalledStep, GoesOnToTheRootInsteadOfBeingCut) {
   EXPECT_EQ(trajectory.certificate.subdivided_steps, 0);
   const auto q = trajectory.q(1);
   EXPECT_NEAR(2.0 * std::atan2(q(2), q(3)), CalcRoot(), 1e-12);
+}
+
+// A free wheel, at a given turn a step: its equation has its root there, however far that is.
+Trajectory SpinWheel(JointType joint, double turn) {
+  TreeBody body;
+  body.name = "wheel";
+  body.joint = joint;
+  body.M = MakeSpatialInertia(1.0, Vector3d::Zero(), Matrix3d::Identity());
+  Tree tree;
+  tree.AddBody(body);
+  SimulationOptions options;
+  options.step = 0.1;
+  options.steps = 1;
+  Dynamics dynamics(tree);
+  ContactModel contacts({});
+  VectorXd v0 = VectorXd::Zero(tree.nv());
+  v0(0) = turn / options.step;
+  return Simulator(&dynamics, &contacts).Run(tree.MakeDefaultPositions(), v0, options);
+}
+
+TEST(StalledStep, ARootBeyondHalfATurnIsNone) {
+  for (const JointType joint : {JointType::kRevolute, JointType::kBall}) {
+    EXPECT_EQ(SpinWheel(joint, 3.1).certificate.subdivided_steps, 0);
+    const Trajectory cut = SpinWheel(joint, 3.2);
+    EXPECT_TRUE(cut.certificate.converged);
+    EXPECT_EQ(cut.size(), 3);  // the start and two halves
+    EXPECT_FALSE(SpinWheel(joint, 1.1 * std::numbers::pi * (1 << kMaxSubdivisions)).certificate.converged);
+  }
 }
 
 }  // namespace
