@@ -83,6 +83,21 @@ TEST(WindingTurn, SuccessTellsAHeldRopeFromADroppedOne) {
   EXPECT_LT(wide.loss, 0.01 * prism.loss);
 }
 
+// In the middle of this one, 0.07 s after the release, Newton's method once found a root at which the rope had been
+// thrown 1e7 times around, and took it.
+TEST(WindingTurn, NothingIsThrownAwayWhereNewtonOvershoots) {
+  RolloutModel rollout = test::LoadConfig("winding_turn.yaml", {"rollout.horizon=3.4 s", "loss.task[0].until=3.4 s",
+                                                                "loss.distillation[0].until=3.4 s"});
+  RolloutInput input;
+  input.variation = {2.6350349082143723, -0.023004765494746948};
+  input.want_gradient = false;
+  input.theta.resize(4);
+  input.theta << 0.09204957020519487, 0.10259176450643105, 0.07014830974267612, 0.060135642727003044;
+  const RolloutOutput out = rollout.Run(input, {});
+  ASSERT_TRUE(out.certificate.converged);
+  EXPECT_LT(out.loss, 0.1);
+}
+
 // Winding begins, one end held at a point inside the spool, which moves with all of the cage, and the spool turns at
 // once.
 TEST(WindingTurn, GradientsEqualDifferences) {
