@@ -107,7 +107,7 @@ TEST(WindingTurn, GradientsEqualDifferences) {
        "bodies.spool.joint.motion.segments[0].duration=0.1 s", "bodies.spool.joint.motion.segments[0].ramp=0.05 s",
        "bodies.spool.joint.motion.segments[1].duration=0.5 s", "bodies.spool.joint.motion.segments[1].ramp=0.1 s",
        "loss.task[0].from=0.1 s", "loss.task[0].until=0.2 s", "loss.distillation[0].from=0.1 s",
-       "loss.distillation[0].until=0.2 s"});
+       "loss.distillation[0].until=0.2 s", "loss.distillation[0].normalize=sum"});
   RolloutInput input;
   input.variation = {0.7, -0.6};
   input.theta = test::MakeTheta(rollout, 0.07);
