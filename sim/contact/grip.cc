@@ -24,6 +24,14 @@ struct Held {
     u = motion.nu.tail<3>() + motion.nu.head<3>().cross(c);
     force = CalcGripForce(grip, c - grip.p_SA, u);
   }
+
+  PairWrench MakeWrench() const {
+    Vector6d F;
+    F << c.cross(force.f), force.f;
+    PairWrench wrench(motion);
+    wrench.Add(F, c, force.f.norm());
+    return wrench;
+  }
 };
 
 }  // namespace
@@ -44,9 +52,7 @@ void AddGripWrenches(const std::vector<GripSpring>& grips, Dynamics* dynamics) {
   for (const GripSpring& grip : grips) {
     if (!grip.ActsAt(dynamics->time())) continue;
     const Held held(grip, *dynamics);
-    PairWrench wrench(held.motion);
-    wrench.AddForce(held.c, held.force.f, Vector3d::Zero());
-    wrench.AddTo(grip.held, grip.holder, dynamics);
+    held.MakeWrench().AddTo(grip.held, grip.holder, dynamics);
   }
 }
 
@@ -55,11 +61,17 @@ void AddGripDerivatives(const std::vector<GripSpring>& grips, ContactDerivatives
     if (!grip.ActsAt(dynamics->time())) continue;
     const Held held(grip, *dynamics);
     const Vector3d w = held.motion.nu.head<3>();
-    const Matrix3d df_dc = held.force.df_dc + held.force.df_du * Skew(w);
-    PairWrench wrench(held.motion);
-    wrench.AddForce(held.c, held.force.f, Vector3d::Zero());
-    wrench.AddJacobian(held.c, held.c, held.force.f, Matrix3d::Identity(), df_dc,
-                       held.force.df_du * Matrix3d::Identity());
+    // e moves c by d + theta × c, nu moves u by v0 + w × c; the moment is c × f.
+    Eigen::Matrix<double, 3, 6> dc_de;
+    dc_de << -Skew(held.c), Matrix3d::Identity();
+    const Eigen::Matrix<double, 3, 6> df_de = (held.force.df_dc + held.force.df_du * Skew(w)) * dc_de;
+    const Eigen::Matrix<double, 3, 6> df_dnu = held.force.df_du * dc_de;
+    Matrix6d De;
+    De << Skew(held.c) * df_de - Skew(held.force.f) * dc_de, df_de;
+    Matrix6d Dnu;
+    Dnu << Skew(held.c) * df_dnu, df_dnu;
+    PairWrench wrench = held.MakeWrench();
+    wrench.AddDerivatives(De, Dnu);
     wrench.AddDerivativesTo(grip.held, grip.holder, derivatives, dynamics);
   }
 }

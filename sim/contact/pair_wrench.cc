@@ -2,31 +2,14 @@
 
 namespace knap {
 
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
-
-void PairWrench::AddJacobian(const Vector3d& c, const Vector3d& a, const Vector3d& f, const Matrix3d& da_dc,
-                             const Matrix3d& df_dc, const Matrix3d& df_du) {
-  const Matrix3d cross_c = Skew(c);
-  const Matrix3d cross_a = Skew(a);
-  const Matrix3d dM_dc = cross_a * df_dc - Skew(f) * da_dc;
-  De_.bottomRightCorner<3, 3>() += df_dc;
-  De_.bottomLeftCorner<3, 3>() -= df_dc * cross_c;
-  De_.topRightCorner<3, 3>() += dM_dc;
-  De_.topLeftCorner<3, 3>() -= dM_dc * cross_c;
-  const Matrix3d df_dw = -df_du * cross_a;
-  Dnu_.bottomRightCorner<3, 3>() += df_du;
-  Dnu_.bottomLeftCorner<3, 3>() += df_dw;
-  Dnu_.topRightCorner<3, 3>() += cross_a * df_du;
-  Dnu_.topLeftCorner<3, 3>() += cross_a * df_dw;
-}
-
-void PairWrench::AddMomentJacobian(const Vector3d& c, const Vector3d& a, const Matrix3d& dm_dc, const Matrix3d& dm_du,
-                                   const Matrix3d& dm_dw) {
-  De_.topRightCorner<3, 3>() += dm_dc;
-  De_.topLeftCorner<3, 3>() -= dm_dc * Skew(c);
-  Dnu_.topRightCorner<3, 3>() += dm_du;
-  Dnu_.topLeftCorner<3, 3>() += dm_dw - dm_du * Skew(a);
+RelativeMotion RelativeMotion::Make(const Pose& X_WB, const Vector6d& V_B, const Pose& X_WS, const Vector6d& V_S) {
+  RelativeMotion out;
+  out.X_SB.R = X_WS.R.transpose() * X_WB.R;
+  out.X_SB.p = X_WS.ApplyInverse(X_WB.p);
+  out.V_B_S.head<3>() = out.X_SB.R * V_B.head<3>();
+  out.V_B_S.tail<3>() = out.X_SB.R * V_B.tail<3>() + out.X_SB.p.cross(out.V_B_S.head<3>());
+  out.nu = out.V_B_S - V_S;
+  return out;
 }
 
 void PairWrench::AddTo(int B, int S, Dynamics* dynamics) const {

@@ -1,6 +1,6 @@
-// The wrench between two bodies, summed over points of contact, and its derivatives in both bodies' perturbations.
+// The wrench between two bodies and its derivatives in both bodies' perturbations.
 //
-// F is the wrench on B (the points' body) about So in S, as a function of the relative motion alone: of the
+// F is the wrench on B (of a contact the touching body, of a grip the held one) about So in S, as a function of the relative motion alone: of the
 // perturbation e of B's place (a spatial displacement in S) at fixed nu, and of nu, the twist of B relative to S. With
 // Y the matrix of X_BS, which takes twists of B to S,
 //
@@ -8,7 +8,7 @@
 //   F_B = Yᵀ F,  dF_B = Yᵀ (dF − CrossBar(F) e),                 F_S = −F,  dF_S = −dF
 #pragma once
 
-#include "sim/contact/point_side.h"
+#include "sim/math/spatial.h"
 #include "sim/multibody/dynamics.h"
 
 namespace knap {
@@ -17,27 +17,31 @@ namespace knap {
 // cotangents reach their placement.
 enum class ContactDerivatives { kSolve, kAll };
 
+// B's pose and twist as seen from S.
+struct RelativeMotion {
+  Pose X_SB;
+  Vector6d V_B_S = Vector6d::Zero();  // twist of B, about So in S
+  Vector6d nu = Vector6d::Zero();     // that less the twist of S
+  Pose X_BS() const { return {X_SB.R.transpose(), -(X_SB.R.transpose() * X_SB.p)}; }
+  static RelativeMotion Make(const Pose& X_WB, const Vector6d& V_B, const Pose& X_WS, const Vector6d& V_S);
+};
+
 class PairWrench {
  public:
   PairWrench() = default;
   explicit PairWrench(const RelativeMotion& motion) : motion_(motion) {}
 
-  // f on B at the place a in S, and a moment m on B.
-  void AddForce(const Eigen::Vector3d& a, const Eigen::Vector3d& f, const Eigen::Vector3d& m) {
-    F_.head<3>() += a.cross(f) + m;
-    F_.tail<3>() += f;
-    const double size = f.norm();
-    moment_scale_S_ += size * a.norm();
-    moment_scale_B_ += size * (a - motion_.X_SB.p).norm();
+  // A wrench on B about So; `size` bounds the forces that it sums [N], about the place `at` in S.
+  void Add(const Vector6d& F, const Eigen::Vector3d& at, double size) {
+    F_ += F;
+    moment_scale_S_ += size * at.norm();
+    moment_scale_B_ += size * (at - motion_.X_SB.p).norm();
   }
-
-  // With c the point's place, da_dc its contact's, df_dc at fixed nu and df_du:
-  // e moves c by d + theta × c; nu moves u by v0 + w × a.
-  void AddJacobian(const Eigen::Vector3d& c, const Eigen::Vector3d& a, const Eigen::Vector3d& f,
-                   const Eigen::Matrix3d& da_dc, const Eigen::Matrix3d& df_dc, const Eigen::Matrix3d& df_du);
-  // Of the moment alone: dm_dc at fixed nu, dm_du, and dm_dw.
-  void AddMomentJacobian(const Eigen::Vector3d& c, const Eigen::Vector3d& a, const Eigen::Matrix3d& dm_dc,
-                         const Eigen::Matrix3d& dm_du, const Eigen::Matrix3d& dm_dw);
+  // dF/de at fixed nu, and dF/dnu.
+  void AddDerivatives(const Matrix6d& De, const Matrix6d& Dnu) {
+    De_ += De;
+    Dnu_ += Dnu;
+  }
 
   const Vector6d& F() const { return F_; }
 

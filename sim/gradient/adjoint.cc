@@ -76,7 +76,7 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
   const int nv = tree.nv();
   TrajectoryGradient out;
   ContactModel::Cotangents by_contact = contacts->MakeCotangents(tree.size());
-  std::vector<Vector3d> bar_bristles;  // of state k
+  std::vector<Bristle> bar_bristles;  // of state k
   Bristles previous;
   // Of state k; `before` of k−1.
   VectorXd bar_pose = VectorXd::Zero(nv);
@@ -149,10 +149,10 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
     contacts->BeginStep(c.h, previous);
     contacts->AddWrenches(dynamics);
     contacts->AddDerivatives(ContactDerivatives::kAll, dynamics);
-    by_contact.previous.assign(previous.z.size(), Vector3d::Zero());
+    by_contact.previous.assign(previous.z.size(), Bristle::Zero());
     if (contacts->has_bristles()) {
       // What the next step's friction sees of this state.
-      bar_bristles.resize(contacts->bristles().z.size(), Vector3d::Zero());
+      bar_bristles.resize(contacts->bristles().z.size(), Bristle::Zero());
       for (BodyCotangent& b : by_contact.bodies) b = BodyCotangent{};
       contacts->PullBackBristles(bar_bristles, &by_contact);
       dynamics->PullBackKinematics(&by_contact.bodies, &by_loss, &loss_parameters);
@@ -182,7 +182,6 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
     bar_v = bar_v_before - c.g1 * by_residual.vdot;
     bar_v_before = -c.g2 * by_residual.vdot;
   }
-  contacts->FinishVertices(&by_contact);
   out.vertices = std::move(by_contact.vertices);
   out.grips = std::move(by_contact.grips);
   out.loss_rounding = std::sqrt(rounding_squared);

@@ -66,7 +66,7 @@ std::size_t Trajectory::CountBytes() const {
     numbers += block.q.capacity() + block.v.capacity() + block.xi.capacity() + block.vdot.capacity();
     bristles += block.bristles.z.capacity();
   }
-  return numbers * sizeof(double) + bristles * (sizeof(Eigen::Vector3d) + sizeof(int));
+  return numbers * sizeof(double) + bristles * (sizeof(Bristle) + sizeof(int));
 }
 
 bool Trajectory::OutgrowsMemory() const { return CountBytes() > memory_; }

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <stdexcept>
 #include <utility>
@@ -256,7 +255,7 @@ ContactGeometry MakeGeometry(const Shape& shape, const std::shared_ptr<const Con
                                  return CapsuleGeometry{s.radius, 0.5 * s.length, s.center};
                                },
                                [](const BoxShape& s) -> ContactGeometry {
-                                 return BoxGeometry{0.5 * s.size, s.rounding, s.center};
+                                 return BoxGeometry{0.5 * s.size, s.center};
                                },
                                [&](const DesignedMeshShape&) -> ContactGeometry { return MeshGeometry{mesh}; }},
                     shape);
@@ -268,7 +267,7 @@ ContactGeometry MakePartnerGeometry(const Scene& scene, const std::string& name,
   for (const Rope& rope : scene.ropes) {
     if (rope.name != name) continue;
     const Vector3d size(rope.pitch - rope.gap, rope.thickness, rope.thickness);
-    return BoxGeometry{0.5 * size, rope.rounding, Vector3d(0.5 * rope.pitch, 0.0, 0.0)};
+    return BoxGeometry{0.5 * size, Vector3d(0.5 * rope.pitch, 0.0, 0.0)};
   }
   const Body& body = FindBody(scene, name);
   if (!body.shape) throw std::runtime_error(fmt::format("body '{}' has no shape to touch with", body.name));
@@ -350,22 +349,6 @@ SceneModel BuildModel(const Scene& scene, const DesignedShapes& shapes) {
   for (std::size_t i = 0; i < scene.contacts.size(); ++i) AddContact(scene, i, shapes, &model);
   for (const Grip& grip : scene.grips) model.grips.push_back(MakeGrip(scene, grip, model));
   return model;
-}
-
-std::shared_ptr<const SurfaceSampling> MakeSampling(const Scene& scene, const std::string& body,
-                                                    const TriangleMesh& reference) {
-  double spacing = std::numeric_limits<double>::infinity();
-  bool on_plane = false;
-  for (const Contact& contact : scene.contacts) {
-    for (int k = 0; k < 2; ++k) {
-      if (contact.bodies[k] != body) continue;
-      const ContactGeometry other = MakePartnerGeometry(scene, contact.bodies[1 - k], nullptr);
-      on_plane = on_plane || std::holds_alternative<HalfSpaceGeometry>(other);
-      spacing = std::min(spacing, CalcSampleSpacing(other));
-    }
-  }
-  if (std::isinf(spacing) && !on_plane) return nullptr;
-  return std::make_shared<SurfaceSampling>(reference, spacing);
 }
 
 }  // namespace knap

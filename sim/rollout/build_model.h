@@ -51,8 +51,4 @@ struct SceneModel {
 // are reported there.
 SceneModel BuildModel(const Scene& scene, const DesignedShapes& shapes);
 
-// The sample points that the contacts of a designed body need, on its initial shape; null when they need none.
-std::shared_ptr<const SurfaceSampling> MakeSampling(const Scene& scene, const std::string& body,
-                                                    const TriangleMesh& reference);
-
 }  // namespace knap

@@ -65,9 +65,8 @@ SceneDesign::SceneDesign(const Scene& scene, const std::map<std::string, std::st
   }
   for (const DesignedBody& body : design.bodies) {
     names_.push_back(body.name);
-    Part part{MakeCageDesign(design, body, initial_theta_, files), Touches(scene, body.name), nullptr};
-    if (part.touches) part.sampling = MakeSampling(scene, body.name, part.cage.initial_mesh());
-    parts_.emplace(body.name, std::move(part));
+    parts_.emplace(body.name,
+                   Part{MakeCageDesign(design, body, initial_theta_, files), Touches(scene, body.name)});
   }
 }
 
@@ -82,7 +81,7 @@ DesignedShapes SceneDesign::CalcShapes(const VectorXd& theta) const {
     DesignedShape shape;
     shape.mesh = part.cage.CalcMesh(theta);
     shape.of_unit_density = CalcMassProperties(shape.mesh, 1.0);
-    if (part.touches) shape.contact = std::make_shared<ContactMesh>(shape.mesh, part.sampling);
+    if (part.touches) shape.contact = std::make_shared<ContactMesh>(shape.mesh);
     shapes.emplace(name, std::move(shape));
   }
   return shapes;

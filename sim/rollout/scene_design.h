@@ -56,8 +56,7 @@ class SceneDesign {
  private:
   struct Part {
     CageDesign cage;
-    bool touches = false;                             // some contact has it
-    std::shared_ptr<const SurfaceSampling> sampling;  // null when its contacts need none
+    bool touches = false;  // some contact has it
   };
 
   std::vector<std::string> names_;

@@ -1,0 +1,88 @@
+// One direction of a contact: a body B, the touching one, in the depth field of a body S.
+//
+//   a mesh or a box in any field         its facets                                              (facet_integrals.h)
+//   a sphere or a capsule                in a half-space's or a round body's field: its axis      (axis_integrals.h)
+//
+// and the table of pairs, with the share of the modulus E that each direction has:
+//
+//   any shape and a half-space             the shape in the half-space's field, E
+//   mesh and sphere, capsule, box          the mesh in the shape's field, E
+//   box and sphere, capsule                the box in the round field, E
+//   box and box; round and round           each in the other's field, E/2
+//
+// Two meshes, and two half-spaces, do not touch one another.
+#pragma once
+
+#include <Eigen/Dense>
+#include <array>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "sim/contact/axis_integrals.h"
+#include "sim/contact/contact_mesh.h"
+#include "sim/contact/contact_shape.h"
+#include "sim/contact/depth_field.h"
+#include "sim/contact/patch_law.h"
+#include "sim/math/spatial.h"
+
+namespace knap {
+
+struct ContactPair {
+  std::array<int, 2> bodies{-1, -1};  // indices in the tree
+  std::array<ContactGeometry, 2> shapes;
+  ContactMaterial material;
+};
+
+struct ContactSide {
+  int pair = 0;          // the contact it belongs to
+  int body = 0;          // A
+  int field_body = 0;    // S
+  int first_id = 0;      // of its patches, one a cell, which number all bristles of a model
+  double modulus = 0.0;  // E's share [N/m³]
+  double rolling_radius = 0.0;  // 0: no rolling resistance
+  double size = 0.0;            // the least half width of what meets [m]
+  double deepest = 0.0;         // the e at which the thinner of the two is used up [m]
+  DepthField field;
+  std::shared_ptr<const ContactMesh> facets;  // null where B is round
+  std::optional<RoundAxis> axis;              // in B
+  bool is_designed = false;                   // the facets are a mesh's
+
+  int num_cells() const { return CountCells(field); }
+};
+
+// In the order of the contacts. Throws std::invalid_argument naming the contact's number for two half-spaces or meshes.
+std::vector<ContactSide> MakeSides(const std::vector<ContactPair>& contacts);
+
+// The facets of one side near the field. Balls around both tell at once that most pairs are far apart; which facets are
+// near is looked up by Bullet's tree, and kept while the bodies have moved little: a cache that changes no bit, because
+// what is out of reach contributes nothing and facets are visited by ascending number.
+class NearFacets {
+ public:
+  explicit NearFacets(const ContactSide& side);
+
+  // Whether the balls overlap: without it nothing touches.
+  bool MayTouch(const Pose& X_WB, const Pose& X_WS) const;
+  // Ascending, a superset of the facets that reach the field.
+  const std::vector<int>& Find(const ContactSide& side, const Pose& X_SB);
+
+ private:
+  Eigen::Vector3d center_B_ = Eigen::Vector3d::Zero();  // of the ball around B
+  double radius_B_ = 0.0;
+  Eigen::AlignedBox3d field_;  // in S; empty for a half-space
+  double radius_S_ = 0.0;      // infinite for a half-space
+  bool valid_ = false;
+  Pose X_BS_;
+  double margin_ = 0.0;
+  std::vector<int> found_;
+};
+
+// The patches of all cells at one relative pose; jacobians may be null. Both are overwritten; E is in.
+void CalcPatches(const ContactSide& side, NearFacets* near, const Pose& X_SB, std::vector<PatchIntegrals>* patches,
+                 std::vector<PatchJacobian>* jacobians);
+
+// Adds to bar_vertices of the side's designed mesh, in B, what follows from the patches' cotangents.
+void PullBackVertices(const ContactSide& side, NearFacets* near, const Pose& X_SB, std::vector<PatchCotangent> bar,
+                      Eigen::Matrix3Xd* bar_vertices);
+
+}  // namespace knap

@@ -1,0 +1,39 @@
+// How deep a point lies in a shape: e(x) > 0 inside [m], zero on the surface.
+//
+//   half-space, box    e = min_i (d_i − n_i·x) over its faces; a cell is where one face is nearest, and e linear there
+//   sphere, capsule    e = (r² − |P (x − c)|²)/(2 r), |P (x − c)| the distance from the axis or its nearer end
+//
+// The energy of a body B in the field of a body S is E ∫_{B∩S} e dV, so that by the divergence theorem B's surface feels
+// the pressure E e. On round shapes e is the depth to first order, r/2 at the middle.
+#pragma once
+
+#include <Eigen/Core>
+#include <variant>
+#include <vector>
+
+namespace knap {
+
+// Of a solid n·x ≤ d; n of unit length.
+struct FieldPlane {
+  Eigen::Vector3d n;
+  double d = 0.0;
+};
+
+struct PolyhedralField {
+  std::vector<FieldPlane> planes;  // a cell each
+
+  static PolyhedralField MakeHalfSpace();  // solid below z = 0
+  static PolyhedralField MakeBox(const Eigen::Vector3d& half, const Eigen::Vector3d& center);
+};
+
+// A sphere where half_length is 0.
+struct RoundField {
+  double radius = 0.0;
+  double half_length = 0.0;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  // unit
+};
+
+using DepthField = std::variant<PolyhedralField, RoundField>;
+
+}  // namespace knap

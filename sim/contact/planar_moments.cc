@@ -1,0 +1,153 @@
+#include "sim/contact/planar_moments.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace knap {
+
+using Eigen::Vector2d;
+
+namespace {
+
+// Gauss-Legendre on [0, 1] with three points, and eight on [−1, 1] (the positive half) [Abramowitz & Stegun, 25.4].
+constexpr std::array<double, 3> kEdgeAt = {0.1127016653792583, 0.5, 0.8872983346207417};
+constexpr std::array<double, 3> kEdgeWeight = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
+constexpr std::array<double, 4> kArcAt = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267,
+                                          0.9602898564975363};
+constexpr std::array<double, 4> kArcWeight = {0.3626837833783620, 0.3137066458778873, 0.2223810344533745,
+                                              0.1012285362903763};
+// A plane that a cylinder's axis meets under less than this angle [rad] cuts a strip out of it.
+constexpr double kParallel = 1e-12;
+
+// The part t1 < t < t2 of an edge inside the conic.
+struct Portion {
+  Vector2d begin, end;
+  bool enters = false;  // begins on the conic, not at a corner
+  bool leaves = false;
+};
+
+// q along p + t d is a t² + 2 b t + c with a ≤ 0.
+bool FindPortion(const Vector2d& p, const Vector2d& q, const Conic& conic, Portion* out) {
+  const Vector2d d = q - p;
+  const double slope = conic.alpha * d.x();
+  const double along = conic.alpha * p.x() - conic.beta;
+  const double a = -(d.y() * d.y() + slope * slope);
+  const double b = -(p.y() * d.y() + along * slope);
+  const double c = conic.r2 - p.y() * p.y() - along * along;
+  double t1 = 0.0;
+  double t2 = 1.0;
+  if (a < 0.0) {
+    const double discriminant = b * b - a * c;
+    if (!(discriminant > 0.0)) return false;
+    // Of the two roots the one without cancellation first.
+    const double big = -b - std::copysign(std::sqrt(discriminant), b);
+    double low = big / a;
+    double high = big == 0.0 ? 0.0 : c / big;
+    if (low > high) std::swap(low, high);
+    t1 = std::max(t1, low);
+    t2 = std::min(t2, high);
+  } else if (!(c > 0.0)) {
+    return false;
+  }
+  if (!(t2 > t1)) return false;
+  out->enters = t1 > 0.0;
+  out->leaves = t2 < 1.0;
+  out->begin = out->enters ? Vector2d(p + t1 * d) : p;
+  out->end = out->leaves ? Vector2d(p + t2 * d) : q;
+  return true;
+}
+
+bool Contains(const PlanePolygon& polygon, const Vector2d& x) {
+  for (int k = 0; k < polygon.size; ++k) {
+    const Vector2d& p = polygon.corner[k];
+    const Vector2d e = polygon.corner[(k + 1) % polygon.size] - p;
+    if (!(e.x() * (x.y() - p.y()) - e.y() * (x.x() - p.x()) > 0.0)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+void PlanarMoments::Add(double u, double w, double dw) {
+  double power_u = u * dw;  // u^(i+1) dw
+  for (int i = 0; i <= kDegree; ++i) {
+    double term = power_u / (i + 1);
+    for (int j = 0; i + j <= kDegree; ++j) {
+      m_[Index(i, j)] += term;
+      term *= w;
+    }
+    power_u *= u;
+  }
+}
+
+void PlanarMoments::AddEdge(const Vector2d& p, const Vector2d& q) {
+  const Vector2d d = q - p;
+  for (int g = 0; g < 3; ++g) Add(p.x() + kEdgeAt[g] * d.x(), p.y() + kEdgeAt[g] * d.y(), kEdgeWeight[g] * d.y());
+}
+
+void PlanarMoments::AddArc(double center_u, double a, double b, double begin, double span) {
+  const int pieces = std::max(1, static_cast<int>(std::ceil(span / (0.5 * std::numbers::pi) - 1e-9)));
+  const double half = 0.5 * span / pieces;
+  for (int piece = 0; piece < pieces; ++piece) {
+    const double middle = begin + (2 * piece + 1) * half;
+    for (int g = 0; g < 8; ++g) {
+      const double phi = middle + half * (g < 4 ? -kArcAt[g] : kArcAt[g - 4]);
+      const double cosine = std::cos(phi);
+      Add(center_u + a * cosine, b * std::sin(phi), b * cosine * half * kArcWeight[g % 4]);
+    }
+  }
+}
+
+Eigen::Matrix<double, 6, 6> PlanarMoments::MakeGram() const {
+  constexpr std::array<std::array<int, 2>, 6> kPowers = {{{0, 0}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}}};
+  Eigen::Matrix<double, 6, 6> gram;
+  for (int a = 0; a < 6; ++a) {
+    for (int b = 0; b < 6; ++b) gram(a, b) = (*this)(kPowers[a][0] + kPowers[b][0], kPowers[a][1] + kPowers[b][1]);
+  }
+  return gram;
+}
+
+PlanarMoments CalcPolygonMoments(const PlanePolygon& polygon) {
+  PlanarMoments moments;
+  for (int k = 0; k < polygon.size; ++k) {
+    moments.AddEdge(polygon.corner[k], polygon.corner[(k + 1) % polygon.size]);
+  }
+  return moments;
+}
+
+PlanarMoments CalcConicMoments(const PlanePolygon& polygon, const Conic& conic) {
+  PlanarMoments moments;
+  if (!(conic.r2 > 0.0)) return moments;
+  std::array<Portion, PlanePolygon::kMaxCorners> portions;
+  int count = 0;
+  for (int k = 0; k < polygon.size; ++k) {
+    if (FindPortion(polygon.corner[k], polygon.corner[(k + 1) % polygon.size], conic, &portions[count])) ++count;
+  }
+  const double b = std::sqrt(conic.r2);
+  const bool is_strip = std::abs(conic.alpha) < kParallel;
+  // A strip's own sides run along u: nothing of ∮ … dw comes from them.
+  const double a = is_strip ? 0.0 : b / std::abs(conic.alpha);
+  const double center_u = is_strip ? 0.0 : conic.beta / conic.alpha;
+  if (count == 0) {
+    if (!is_strip && Contains(polygon, Vector2d(center_u, 0.0))) {
+      moments.AddArc(center_u, a, b, 0.0, 2.0 * std::numbers::pi);
+    }
+    return moments;
+  }
+  for (int k = 0; k < count; ++k) {
+    moments.AddEdge(portions[k].begin, portions[k].end);
+    const Portion& next = portions[(k + 1) % count];
+    if (is_strip || !(portions[k].leaves || next.enters)) continue;
+    const auto angle = [&](const Vector2d& x) { return std::atan2(x.y() / b, (x.x() - center_u) / a); };
+    const double begin = angle(portions[k].end);
+    double span = angle(next.begin) - begin;
+    if (span < 0.0) span += 2.0 * std::numbers::pi;
+    // Where the two points are one up to rounding there is no arc, and none all the way around.
+    if (span > 2.0 * std::numbers::pi - 1e-9) continue;
+    moments.AddArc(center_u, a, b, begin, span);
+  }
+  return moments;
+}
+
+}  // namespace knap

@@ -1,0 +1,60 @@
+// Moments of a plane region bounded by straight edges and arcs of a conic, exactly.
+//
+//   m_ij = ∫ u^i w^j dA = ∮ u^(i+1)/(i+1) w^j dw,   i + j ≤ 4,   boundary counter-clockwise         [Green's theorem]
+//
+// Edges are summed by Gauss's rule of three points, which is exact for them; arcs by eight points a quarter turn of the
+// conic's own angle, which leaves some 1e-11 of the value.
+//
+// The region is a convex polygon, whole or cut by the conic
+//
+//   q(u, w) = r² − w² − (alpha u − beta)² > 0                                                    (where a field is > 0)
+//
+// a disc for alpha = 1; an ellipse where a plane cuts a cylinder slantwise; a strip where alpha → 0.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+namespace knap {
+
+class PlanarMoments {
+ public:
+  static constexpr int kDegree = 4;
+  static constexpr int kCount = 15;
+  // By degree, and within a degree by falling power of u: 1, u, w, u², uw, w², …
+  static constexpr int Index(int i, int j) { return (i + j) * (i + j + 1) / 2 + j; }
+
+  double operator()(int i, int j) const { return m_[Index(i, j)]; }
+  double area() const { return m_[0]; }
+
+  // The boundary's straight part from p to q.
+  void AddEdge(const Eigen::Vector2d& p, const Eigen::Vector2d& q);
+  // Its arc center + (a cos φ, b sin φ), φ from `begin` on by `span` ≥ 0.
+  void AddArc(double center_u, double a, double b, double begin, double span);
+
+  // Sums of two monomials' powers: element (α, β) is ∫ s^α s^β dA over the six monomials of degree up to 2.
+  Eigen::Matrix<double, 6, 6> MakeGram() const;
+
+ private:
+  void Add(double u, double w, double dw);
+  std::array<double, kCount> m_{};
+};
+
+struct Conic {
+  double r2 = 0.0;  // r²; negative where the plane misses the field
+  double alpha = 1.0;
+  double beta = 0.0;
+};
+
+// A convex polygon's corners, counter-clockwise; a few more than three corners and six cuts need.
+struct PlanePolygon {
+  static constexpr int kMaxCorners = 16;
+  int size = 0;
+  std::array<Eigen::Vector2d, kMaxCorners> corner;
+};
+
+PlanarMoments CalcPolygonMoments(const PlanePolygon& polygon);
+// Of the part inside the conic. Zero area without one.
+PlanarMoments CalcConicMoments(const PlanePolygon& polygon, const Conic& conic);
+
+}  // namespace knap

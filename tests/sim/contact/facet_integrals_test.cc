@@ -1,0 +1,268 @@
+// Facets in depth fields: against plain sums over a fine lattice, against the energy, and derivatives against
+// differences, for random triangles in boxes, half-spaces, spheres and capsules.
+#include "sim/contact/facet_integrals.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "sim/contact/contact_side.h"
+#include "tests/sim/contact/patch_differences.h"
+
+namespace knap {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+class Random {
+ public:
+  explicit Random(unsigned seed) : generator_(seed) {}
+  double U(double low, double high) { return std::uniform_real_distribution<double>(low, high)(generator_); }
+  Vector3d Vec(double size) { return {U(-size, size), U(-size, size), U(-size, size)}; }
+  Pose MakePose(double turn, double shift) { return {ExpSo3(Vec(turn)).toRotationMatrix(), Vec(shift)}; }
+
+ private:
+  std::mt19937_64 generator_;
+};
+
+DepthField MakeField(int kind) {
+  const Vector3d center(0.001, -0.002, 0.0015);
+  if (kind == 0) return PolyhedralField::MakeHalfSpace();
+  if (kind == 1) return PolyhedralField::MakeBox({0.010, 0.007, 0.005}, center);
+  if (kind == 2) return RoundField{0.008, 0.0, center};
+  return RoundField{0.005, 0.009, center};
+}
+
+// The depth as the header says it, cell and all.
+double CalcDepth(const DepthField& field, const Vector3d& x, int* cell) {
+  *cell = 0;
+  if (const auto* polyhedron = std::get_if<PolyhedralField>(&field)) {
+    double least = 1e9;
+    for (int i = 0; i < static_cast<int>(polyhedron->planes.size()); ++i) {
+      const double e = polyhedron->planes[i].d - polyhedron->planes[i].n.dot(x);
+      if (e < least) {
+        least = e;
+        *cell = i;
+      }
+    }
+    return std::max(0.0, least);
+  }
+  const RoundField& round = std::get<RoundField>(field);
+  const double along = std::clamp(round.axis.dot(x - round.center), -round.half_length, round.half_length);
+  const double d2 = (x - round.center - along * round.axis).squaredNorm();
+  return std::max(0.0, (round.radius * round.radius - d2) / (2.0 * round.radius));
+}
+
+std::vector<PatchIntegrals> SumByLattice(const Facet& facet, const DepthField& field, int n) {
+  std::vector<PatchIntegrals> sums(static_cast<std::size_t>(CountCells(field)));
+  const Vector3d a = facet.corner[1] - facet.corner[0];
+  const Vector3d b = facet.corner[2] - facet.corner[0];
+  const Vector3d normal = a.cross(b).normalized();
+  const double dA = 0.5 * a.cross(b).norm() / (n * n);
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; i + j < n; ++j) {
+      for (int upper = 0; upper < (i + j + 1 < n ? 2 : 1); ++upper) {
+        const double third = upper == 0 ? 1.0 / 3.0 : 2.0 / 3.0;
+        const Vector3d x = facet.corner[0] + (i + third) / n * a + (j + third) / n * b;
+        int cell = 0;
+        const double e = CalcDepth(field, x, &cell);
+        PatchIntegrals& sum = sums[static_cast<std::size_t>(cell)];
+        sum.F -= e * dA * normal;
+        sum.M -= e * dA * x.cross(normal);
+        sum.W += e * dA;
+        sum.m1 += e * dA * x;
+        sum.m2 += e * dA * x * x.transpose();
+      }
+    }
+  }
+  return sums;
+}
+
+Facet MakeTriangle(Random* random, double size) {
+  Facet facet;
+  for (int k = 0; k < 3; ++k) facet.corner[k] = random->Vec(size);
+  return facet;
+}
+
+class FacetIntegralsTest : public testing::TestWithParam<int> {};
+
+TEST_P(FacetIntegralsTest, EqualsALattice) {
+  const DepthField field = MakeField(GetParam());
+  Random random(7);
+  for (int trial = 0; trial < 12; ++trial) {
+    const Facet facet = MakeTriangle(&random, 0.015);
+    std::vector<PatchIntegrals> exact(static_cast<std::size_t>(CountCells(field)));
+    AddFacet(facet, field, &exact, nullptr);
+    const std::vector<PatchIntegrals> sums = SumByLattice(facet, field, 400);
+    PatchIntegrals::Vector whole = PatchIntegrals::Vector::Zero();
+    for (const PatchIntegrals& sum : sums) whole = whole.cwiseMax(test::Pack(sum).cwiseAbs());
+    if (!(whole(6) > 1e-9)) continue;  // smaller than a few parts of the lattice
+    for (std::size_t cell = 0; cell < exact.size(); ++cell) {
+      const PatchIntegrals::Vector error = (test::Pack(exact[cell]) - test::Pack(sums[cell])).cwiseAbs();
+      // The lattice misses by a share of its parts along the region's edge, and 0.05 mm is their size.
+      for (const auto& [first, count] : {std::pair{0, 3}, {3, 3}, {6, 1}, {7, 3}, {10, 6}}) {
+        EXPECT_LE(error.segment(first, count).maxCoeff(), 1e-3 * whole.segment(first, count).maxCoeff() + 1e-18)
+            << "cell " << cell << ", trial " << trial << ", from " << first;
+      }
+    }
+  }
+}
+
+TEST_P(FacetIntegralsTest, MovesAsDifferencesSay) {
+  const DepthField field = MakeField(GetParam());
+  Random random(11);
+  int compared = 0;
+  for (int trial = 0; trial < 60; ++trial) {
+    const Facet facet = MakeTriangle(&random, 0.012);
+    const Pose X_SB = random.MakePose(1.0, 0.004);
+    const auto calc = [&](const Pose& X) {
+      Facet moved = facet;
+      for (int k = 0; k < 3; ++k) moved.corner[k] = X * facet.corner[k];
+      std::vector<PatchIntegrals> patches(static_cast<std::size_t>(CountCells(field)));
+      std::vector<PatchJacobian> jacobians(patches.size(), PatchJacobian::Zero());
+      AddFacet(moved, field, &patches, &jacobians);
+      for (std::size_t c = 0; c < patches.size(); ++c) FinishJacobian(patches[c], &jacobians[c]);
+      return std::pair(patches, jacobians);
+    };
+    const auto [patches, jacobians] = calc(X_SB);
+    for (std::size_t cell = 0; cell < patches.size(); ++cell) {
+      if (!(patches[cell].W > 1e-10)) continue;
+      ++compared;
+      // Second differences jump where a corner passes a wall; 1e-5 is what steps of 1e-7 m leave of it.
+      test::ExpectJacobian(jacobians[cell], X_SB, 1e-7, 1e-5, [&](const Pose& X) { return calc(X).first[cell]; });
+    }
+  }
+  EXPECT_GT(compared, 20);
+}
+
+TEST_P(FacetIntegralsTest, CotangentsOfCorners) {
+  const DepthField field = MakeField(GetParam());
+  Random random(13);
+  for (int trial = 0; trial < 60; ++trial) {
+    const Facet facet = MakeTriangle(&random, 0.012);
+    std::vector<PatchCotangent> bar(static_cast<std::size_t>(CountCells(field)));
+    for (PatchCotangent& b : bar) {
+      b.F = random.Vec(1.0);
+      b.M = random.Vec(100.0);
+      b.W = random.U(-1.0, 1.0);
+      b.m1 = random.Vec(100.0);
+      const Matrix3d m = Matrix3d::NullaryExpr([&] { return random.U(-1e4, 1e4); });
+      b.m2 = m + m.transpose();
+    }
+    const auto value = [&](const Facet& f) {
+      std::vector<PatchIntegrals> patches(bar.size());
+      AddFacet(f, field, &patches, nullptr);
+      double sum = 0.0;
+      for (std::size_t c = 0; c < bar.size(); ++c) sum += bar[c].Pack().dot(test::Pack(patches[c]));
+      return sum;
+    };
+    std::array<Vector3d, 3> bar_corners{Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()};
+    PullBackFacet(facet, field, bar, &bar_corners);
+    double scale = 1e-9;
+    for (const Vector3d& b : bar_corners) scale = std::max(scale, b.cwiseAbs().maxCoeff());
+    for (int k = 0; k < 3; ++k) {
+      for (int i = 0; i < 3; ++i) {
+        const double h = 1e-7;
+        const auto moved = [&](double s) {
+          Facet f = facet;
+          f.corner[k](i) += s * h;
+          return value(f);
+        };
+        const double slope = (8.0 * (moved(1.0) - moved(-1.0)) - (moved(2.0) - moved(-2.0))) / (12.0 * h);
+        EXPECT_NEAR(bar_corners[k](i), slope, 1e-5 * scale) << "corner " << k << ", axis " << i;
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Fields, FacetIntegralsTest, testing::Range(0, 4));
+
+// A box in the field of another, of a half-space, of a round body: no net force acts along a closed path of poses, and
+// the same holds for any pair of the table.
+double CalcWork(const std::vector<ContactSide>& sides, std::vector<NearFacets>* near, const Pose& from, const Pose& to,
+                const std::array<int, 2>& bodies) {
+  // Simpson's rule over the twist that leads from one pose to the other.
+  const Vector3d turn = [&] {
+    const Eigen::AngleAxisd a(Matrix3d(to.R * from.R.transpose()));
+    return Vector3d(a.angle() * a.axis());
+  }();
+  const Vector3d shift = to.p - from.p;
+  double work = 0.0;
+  constexpr int kSteps = 400;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double s = static_cast<double>(i) / kSteps;
+    const Pose X{ExpSo3(s * turn).toRotationMatrix() * from.R, from.p + s * shift};
+    double power = 0.0;
+    for (std::size_t k = 0; k < sides.size(); ++k) {
+      const bool first = sides[k].body == bodies[0];
+      const Pose X_SB = first ? X : Pose{X.R.transpose(), -(X.R.transpose() * X.p)};
+      std::vector<PatchIntegrals> patches;
+      CalcPatches(sides[k], &(*near)[k], X_SB, &patches, nullptr);
+      Vector3d F = Vector3d::Zero();
+      Vector3d M = Vector3d::Zero();
+      for (const PatchIntegrals& p : patches) {
+        F += p.F;
+        M += p.M;
+      }
+      if (!first) {
+        // On the other body, about its own origin, in its frame: seen from the first's frame with the sign turned.
+        const Vector3d F_W = -(X.R * F);
+        M = -(X.R * M) + X.p.cross(F_W);
+        F = F_W;
+      }
+      // About the frame's origin: v = shift + turn × (x − p).
+      power += F.dot(shift - turn.cross(X.p)) + M.dot(turn);
+    }
+    const double weight = i == 0 || i == kSteps ? 1.0 : i % 2 == 1 ? 4.0 : 2.0;
+    work += weight * power / (3.0 * kSteps);
+  }
+  return work;
+}
+
+TEST(ContactEnergyTest, ClosedPathsOfPosesCostNothing) {
+  TriangleMesh wedge;
+  wedge.vertices = {{-0.008, -0.01, -0.004}, {0.008, -0.01, -0.004}, {0.0, -0.01, 0.006},
+                    {-0.008, 0.01, -0.004},  {0.008, 0.01, -0.004},  {0.0, 0.01, 0.006}};
+  wedge.triangles = {{0, 1, 2}, {5, 4, 3}, {0, 3, 4}, {0, 4, 1}, {1, 4, 5}, {1, 5, 2}, {2, 5, 3}, {2, 3, 0}};
+  const MeshGeometry mesh{std::make_shared<ContactMesh>(wedge)};
+  const BoxGeometry box{{0.01, 0.006, 0.008}, {0.001, 0.0, 0.0}};
+  const SphereGeometry sphere{0.007, {0.0, 0.001, 0.0}};
+  const CapsuleGeometry capsule{0.005, 0.012, {0.0, 0.0, 0.001}};
+  const std::vector<std::array<ContactGeometry, 2>> pairs = {
+      {box, HalfSpaceGeometry{}}, {mesh, HalfSpaceGeometry{}}, {sphere, HalfSpaceGeometry{}},
+      {capsule, HalfSpaceGeometry{}}, {box, box}, {mesh, box}, {mesh, sphere}, {mesh, capsule}, {box, sphere},
+      {box, capsule}, {sphere, sphere}, {capsule, sphere}, {capsule, capsule}};
+  Random random(5);
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    ContactPair pair;
+    pair.bodies = {0, 1};
+    pair.shapes = pairs[p];
+    pair.material.stiffness = 1e9;
+    const std::vector<ContactSide> sides = MakeSides({pair});
+    std::vector<NearFacets> near;
+    for (const ContactSide& side : sides) near.emplace_back(side);
+    double largest = 0.0;
+    for (int trial = 0; trial < 5; ++trial) {
+      const double lift = p < 4 ? 0.005 : 0.009;
+      std::array<Pose, 3> at;
+      for (Pose& X : at) {
+        X = random.MakePose(0.6, 0.002);
+        X.p.z() += lift;
+      }
+      double sum = 0.0;
+      for (int k = 0; k < 3; ++k) {
+        const double work = CalcWork(sides, &near, at[k], at[(k + 1) % 3], pair.bodies);
+        sum += work;
+        largest = std::max(largest, std::abs(work));
+      }
+      // What the rule of integration leaves of forces whose second derivative jumps.
+      EXPECT_LE(std::abs(sum), 2e-6 * largest) << "pair " << p << ", trial " << trial;
+    }
+    EXPECT_GT(largest, 1e-6) << "pair " << p;
+  }
+}
+
+}  // namespace
+}  // namespace knap
