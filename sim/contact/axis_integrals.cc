@@ -37,6 +37,7 @@ class AxisSum {
   AxisSum(const RoundAxis& axis, const DepthField& field, PatchIntegrals* patch, PatchJacobian* jacobian)
       : axis_(axis), round_(std::get_if<RoundField>(&field)), patch_(patch), jacobian_(jacobian) {
     rho_ = round_ == nullptr ? axis.radius : axis.radius + round_->radius;
+    narrower_ = round_ == nullptr ? axis.radius : std::min(axis.radius, round_->radius);
     reduced_ = round_ == nullptr ? axis.radius : axis.radius * round_->radius / rho_;
   }
 
@@ -91,7 +92,7 @@ class AxisSum {
       const double t = t0 + (t1 - t0) * kAt[g];
       const Vector3d x = axis_.center + (begin + t * length) * axis_.direction;
       const Widened at = Evaluate(x);
-      Add(x, at, {2.0 * reduced_ * at.e, 2.0 * reduced_}, kWeight[g] * (t1 - t0) * length);
+      Add(x, at, {2.0 * narrower_ * at.e, 2.0 * narrower_}, kWeight[g] * (t1 - t0) * length);
     }
   }
 
@@ -164,7 +165,8 @@ class AxisSum {
   PatchIntegrals* patch_;
   PatchJacobian* jacobian_;
   double rho_;
-  double reduced_;
+  double reduced_;   // R
+  double narrower_;  // b
 };
 
 }  // namespace

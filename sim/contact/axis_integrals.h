@@ -1,9 +1,9 @@
 // A round body, a ball swept along an axis of length 2 L, against a half-space or another round body.
 //
 // The energy is that of the axis in the other's field, widened by the own radius r: with e(x) the depth at which a ball
-// of radius r at x touches, ρ = r + r_S, R = r r_S/ρ (against a half-space R = r),
+// of radius r at x touches, ρ = r + r_S, R = r r_S/ρ, b the lesser of r and r_S (against a half-space R = b = r),
 //
-//   U = E [ ∫_axis R e² ds + ½ Σ_ends u(e) ]        e = (ρ² − d²)/(2ρ), d the distance from S's axis;  e = r − z
+//   U = E [ ∫_axis b e² ds + ½ Σ_ends u(e) ]        e = (ρ² − d²)/(2ρ), d the distance from S's axis;  e = r − z
 //   u = π R e³/3                                     against a half-space exactly a ball's: u' = volume below the plane,
 //                                                    π e² (r − e/3) up to e = 2 r, then 4/3 π r³
 //

@@ -27,11 +27,11 @@ BallScene MakeThrow(const ContactMaterial& material) {
   return scene;
 }
 
-// Elastic energy of the half-space's foundation, E/(8 r²) π a⁶/3, the integral of the squared overlap over the disc.
+// Elastic energy of a ball pressed into a half-space: E times the depth, summed over what is below, π (r δ³/3 − δ⁴/12).
 double CalcElasticEnergy(const BallScene& scene, const ContactMaterial& material, const Vector3d& p) {
   const double r = scene.radius;
-  const double a2 = std::max(0.0, r * r - p.z() * p.z());
-  return material.stiffness / (8.0 * r * r) * std::numbers::pi * a2 * a2 * a2 / 3.0;
+  const double depth = std::max(0.0, r - p.z());
+  return material.stiffness * std::numbers::pi * depth * depth * depth * (r / 3.0 - depth / 12.0);
 }
 
 double CalcEnergy(const BallScene& scene, const ContactMaterial& material, const BallSample& s) {

@@ -64,7 +64,7 @@ PairScene Collide(const ContactGeometry& a, const ContactGeometry& b, double dis
   return s;
 }
 
-const BoxGeometry kBox = MakeBox({0.03, 0.02, 0.014}, 0.002);
+const BoxGeometry kBox = MakeBox({0.03, 0.02, 0.014});
 const CapsuleGeometry kCapsule{0.006, 0.012, Vector3d(0.0, 0.0, 0.001)};
 const SphereGeometry kSphere{0.008, Vector3d(0.001, 0.0, 0.0)};
 
@@ -73,7 +73,7 @@ std::vector<Case> MakeCases() {
   const Pose mesh_floor = test::MakeFloorPose(0.04);
   const auto mesh_case = [&](const ContactGeometry& shape, double height, Quaterniond turn, ContactMaterial m) {
     return [=](const TriangleMesh& mesh) {
-      return OnFloor(shape, test::MakeSampledMesh(mesh, kBox), m, height, turn, mesh_floor);
+      return OnFloor(shape, test::MakeMesh(mesh), m, height, turn, mesh_floor);
     };
   };
   const auto flat = [](PairScene s) { return [=](const TriangleMesh&) { return s; }; };
@@ -89,16 +89,16 @@ std::vector<Case> MakeCases() {
       {"SphereOnMeshBristle", mesh_case(kSphere, 0.0098, Turn(0, 0, 0), kBristle), true},
       {"MeshOnHalfSpace",
        [=](const TriangleMesh& mesh) {
-         PairScene s = OnFloor(test::MakeSampledMesh(mesh, kBox), HalfSpaceGeometry{}, kBristle, 0.004,
+         PairScene s = OnFloor(test::MakeMesh(mesh), HalfSpaceGeometry{}, kBristle, 0.004,
                                Turn(1.5, 0.1, 0.0), floor);
          return s;
        },
        true},
       {"MovingMeshAgainstMovingBox",
-       [=](const TriangleMesh& mesh) { return Collide(test::MakeSampledMesh(mesh, kBox), kBox, 0.0485, kBristle); },
+       [=](const TriangleMesh& mesh) { return Collide(test::MakeMesh(mesh), kBox, 0.0485, kBristle); },
        true},
       {"MovingMeshAgainstMovingSphere",
-       [=](const TriangleMesh& mesh) { return Collide(test::MakeSampledMesh(mesh, kBox), kSphere, 0.048, kBristle); },
+       [=](const TriangleMesh& mesh) { return Collide(test::MakeMesh(mesh), kSphere, 0.048, kBristle); },
        true},
       {"TwoBoxes", flat(Collide(kBox, kBox, 0.0165, kBristle))},
       {"TwoBoxesSlip", flat(Collide(kBox, kBox, 0.0165, kSlip))},
@@ -205,8 +205,7 @@ TEST_P(ContactGradientTest, EqualsDifferences) {
       PairScene s = scene;
       for (ContactGeometry& g : s.contacts[0].shapes) {
         if (std::holds_alternative<MeshGeometry>(g)) {
-          g = MeshGeometry{
-              std::make_shared<ContactMesh>(shape, std::make_shared<SurfaceSampling>(mesh, CalcSampleSpacing(kBox)))};
+          g = test::MakeMesh(shape);
         }
       }
       return run(s, zero, zero, nullptr);

@@ -12,14 +12,9 @@
 
 namespace knap::test {
 
-inline BoxGeometry MakeBox(const Eigen::Vector3d& size, double rounding) {
-  return {0.5 * size, rounding, Eigen::Vector3d::Zero()};
-}
+inline BoxGeometry MakeBox(const Eigen::Vector3d& size) { return {0.5 * size, Eigen::Vector3d::Zero()}; }
 
-// A mesh with samples for contact with `against`.
-inline MeshGeometry MakeSampledMesh(const TriangleMesh& mesh, const ContactGeometry& against) {
-  return {std::make_shared<ContactMesh>(mesh, std::make_shared<SurfaceSampling>(mesh, CalcSampleSpacing(against)))};
-}
+inline MeshGeometry MakeMesh(const TriangleMesh& mesh) { return {std::make_shared<ContactMesh>(mesh)}; }
 
 class PairScene {
  public:
@@ -41,15 +36,16 @@ class PairScene {
     body.motion = std::move(motion);
     return tree.AddBody(body);
   }
-  // `w` in the body's frame.
+  // `w` in the body's frame, `center` of mass likewise, moments about it.
   int AddFree(double mass, const Eigen::Vector3d& moments, const Eigen::Vector3d& p, const Eigen::Quaterniond& q_WB,
-              const Eigen::Vector3d& velocity, const Eigen::Vector3d& w) {
+              const Eigen::Vector3d& velocity, const Eigen::Vector3d& w,
+              const Eigen::Vector3d& center = Eigen::Vector3d::Zero()) {
     TreeBody slide;
     slide.joint = JointType::kTranslation;
     TreeBody body;
     body.parent = tree.AddBody(slide);
     body.joint = JointType::kBall;
-    body.M = MakeSpatialInertia(mass, Eigen::Vector3d::Zero(), moments.asDiagonal());
+    body.M = MakeSpatialInertia(mass, center, moments.asDiagonal());
     q.insert(q.end(), {p.x(), p.y(), p.z(), q_WB.x(), q_WB.y(), q_WB.z(), q_WB.w()});
     v.insert(v.end(), {velocity.x(), velocity.y(), velocity.z(), w.x(), w.y(), w.z()});
     return tree.AddBody(body);

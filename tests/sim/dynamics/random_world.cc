@@ -18,7 +18,7 @@ using Eigen::VectorXd;
 ContactModel World::MakeContacts() const {
   std::vector<ContactPair> pairs = contacts;
   for (const ContactMeshOf& of : meshes) {
-    pairs[of.contact].shapes[of.side] = MeshGeometry{std::make_shared<ContactMesh>(of.mesh, of.sampling)};
+    pairs[of.contact].shapes[of.side] = MeshGeometry{std::make_shared<ContactMesh>(of.mesh)};
   }
   return ContactModel(std::move(pairs), grips);
 }

@@ -30,7 +30,6 @@ struct World {
     int contact = 0;
     int side = 0;  // 0 or 1: which of the two shapes it is
     TriangleMesh mesh;
-    std::shared_ptr<const SurfaceSampling> sampling;
   };
   std::vector<ContactMeshOf> meshes;
   // A closed-loop policy that takes the place of some controls; empty: none.

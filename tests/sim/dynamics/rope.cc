@@ -58,8 +58,8 @@ WoundRope MakeWoundRope(const TriangleMesh& spool, const ContactMaterial& materi
   PairScene& scene = out.scene;
   out.spool = scene.AddFixed();
   const Vector3d size(kPitch - 0.001, kThickness, kThickness);
-  const BoxGeometry box{0.5 * size, 0.001, Vector3d(0.5 * kPitch, 0.0, 0.0)};
-  const MeshGeometry mesh = MakeSampledMesh(spool, box);
+  const BoxGeometry box{0.5 * size, Vector3d(0.5 * kPitch, 0.0, 0.0)};
+  const MeshGeometry mesh = MakeMesh(spool);
   const double along = std::sqrt(kPitch * kPitch - kAdvance * kAdvance);  // in the helix's cross-section
   const double reach = 0.025 + 0.001 + 0.5 * kThickness;
   const Vector3d s2 = size.cwiseAbs2();

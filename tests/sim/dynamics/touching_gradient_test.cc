@@ -45,10 +45,10 @@ class Toucher {
     floor.X_PF = {R, p_[body] - 0.3 * R.col(2)};
     world_.bodies.push_back(floor);
     const int ground = static_cast<int>(world_.bodies.size()) - 1;
-    const ContactGeometry box = BoxGeometry{Vector3d::Constant(kHalf), 0.05, Vector3d::Zero()};
+    const ContactGeometry box = BoxGeometry{Vector3d::Constant(kHalf), Vector3d::Zero()};
     Add(body, kind == 0 ? ContactGeometry(SphereGeometry{kHalf, 0.05 * random_.Vec()}) : box, ground,
         HalfSpaceGeometry{});
-    if (kind == 2) MakeMesh(0, HalfSpaceGeometry{});
+    if (kind == 2) MakeMesh(0);
   }
 
   // Two balls, or a ball and the mesh.
@@ -57,7 +57,7 @@ class Toucher {
     if (a == b || distance < 1.1 * kHalf) return;
     const SphereGeometry ball{std::max(distance - 0.9 * kHalf, 0.3), 0.05 * random_.Vec()};
     Add(a, ball, b, SphereGeometry{kHalf, Vector3d::Zero()});
-    if (random_.Pick(2) == 0) MakeMesh(1, ball);
+    if (random_.Pick(2) == 0) MakeMesh(1);
   }
 
  private:
@@ -70,13 +70,12 @@ class Toucher {
   }
 
   // Puts a cube's mesh in place of one shape of the contact added last.
-  void MakeMesh(int side, const ContactGeometry& against) {
+  void MakeMesh(int side) {
     World::ContactMeshOf of;
     of.contact = static_cast<int>(world_.contacts.size()) - 1;
     of.side = side;
     of.mesh = test::MakeBar(kHalf, 2.0 * kHalf, 2.0 * kHalf, 3, 3);
     for (Vector3d& v : of.mesh.vertices) v += Vector3d(0.0, kHalf, -kHalf) + 0.03 * random_.Vec();
-    of.sampling = std::make_shared<SurfaceSampling>(of.mesh, std::min(CalcSampleSpacing(against), kHalf));
     world_.meshes.push_back(of);
   }
 
