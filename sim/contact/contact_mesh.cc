@@ -1,5 +1,7 @@
 #include "sim/contact/contact_mesh.h"
 
+#include <algorithm>
+
 namespace knap {
 
 using Eigen::Vector3d;
@@ -11,8 +13,9 @@ ContactMesh::ContactMesh(const TriangleMesh& mesh)
       bounds_(CalcBoundingBox(mesh)),
       bvh_(std::make_unique<TriangleBvh>(mesh)) {
   facets_.reserve(mesh.triangles.size());
+  balls_.reserve(mesh.triangles.size());
   for (const Vector3i& t : mesh.triangles) {
-    facets_.push_back({3, {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]], Vector3d::Zero()}});
+    AddFacet({3, {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]], Vector3d::Zero()}});
   }
 }
 
@@ -24,10 +27,20 @@ ContactMesh ContactMesh::MakeBox(const Vector3d& half, const Vector3d& center) {
       const Vector3d n = side * half(i) * Vector3d::Unit(i);
       const Vector3d a = half((i + 1) % 3) * Vector3d::Unit((i + 1) % 3);
       const Vector3d b = side * half((i + 2) % 3) * Vector3d::Unit((i + 2) % 3);
-      box.facets_.push_back({4, {center + n - a - b, center + n + a - b, center + n + a + b, center + n - a + b}});
+      box.AddFacet({4, {center + n - a - b, center + n + a - b, center + n + a + b, center + n - a + b}});
     }
   }
   return box;
+}
+
+void ContactMesh::AddFacet(const Facet& facet) {
+  Eigen::AlignedBox3d box;
+  for (int k = 0; k < facet.size; ++k) box.extend(facet.corner[k]);
+  Ball ball{box.center(), 0.0};
+  for (int k = 0; k < facet.size; ++k) ball.radius = std::max(ball.radius, (facet.corner[k] - ball.center).norm());
+  ball.radius *= 1.0 + 1e-9;
+  facets_.push_back(facet);
+  balls_.push_back(ball);
 }
 
 void ContactMesh::FindFacets(const Eigen::AlignedBox3d& box, std::vector<int>* facets) const {

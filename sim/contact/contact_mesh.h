@@ -19,6 +19,12 @@ class ContactMesh {
   static ContactMesh MakeBox(const Eigen::Vector3d& half, const Eigen::Vector3d& center);
 
   const std::vector<Facet>& facets() const { return facets_; }
+  // A ball around each facet: the middle of its corners' box and the farthest corner's distance.
+  struct Ball {
+    Eigen::Vector3d center;
+    double radius = 0.0;
+  };
+  const std::vector<Ball>& balls() const { return balls_; }
   const std::vector<Eigen::Vector3i>& triangles() const { return triangles_; }  // of facets, by vertex
   int vertex_count() const { return vertex_count_; }
   const Eigen::AlignedBox3d& bounds() const { return bounds_; }
@@ -28,7 +34,9 @@ class ContactMesh {
 
  private:
   ContactMesh() = default;
+  void AddFacet(const Facet& facet);
   std::vector<Facet> facets_;
+  std::vector<Ball> balls_;
   std::vector<Eigen::Vector3i> triangles_;
   int vertex_count_ = 0;
   Eigen::AlignedBox3d bounds_;

@@ -78,6 +78,42 @@ Facet Move(const Facet& facet, const Pose& X) {
   return out;
 }
 
+// Whether a ball in S may reach the field.
+bool MayReach(const PolyhedralField& field, const Vector3d& center, double radius) {
+  for (const FieldPlane& plane : field.planes) {
+    if (plane.n.dot(center) - plane.d >= radius) return false;
+  }
+  return true;
+}
+
+bool MayReach(const RoundField& field, const Vector3d& center, double radius) {
+  const Vector3d x = center - field.center;
+  const double along = std::clamp(field.axis.dot(x), -field.half_length, field.half_length);
+  const double reach = field.radius + radius;
+  return (x - along * field.axis).squaredNorm() < reach * reach;
+}
+
+// Whether a facet's plane meets a sphere; other fields are left to what cuts the facet.
+bool PlaneMayReach(const DepthField& field, const Facet& facet) {
+  const auto* round = std::get_if<RoundField>(&field);
+  if (round == nullptr || round->half_length > 0.0) return true;
+  const Vector3d area = (facet.corner[1] - facet.corner[0]).cross(facet.corner[2] - facet.corner[0]);
+  const double h = area.dot(round->center - facet.corner[0]);
+  return h * h < round->radius * round->radius * area.squaredNorm();
+}
+
+// The facets near the field, ascending, in S: use(i, facet).
+template <class Use>
+void ForNearFacets(const ContactSide& side, NearFacets* near, const Pose& X_SB, const Use& use) {
+  for (const int i : near->Find(side, X_SB)) {
+    const ContactMesh::Ball& ball = side.facets->balls()[i];
+    const Vector3d center = X_SB * ball.center;
+    if (!std::visit([&](const auto& field) { return MayReach(field, center, ball.radius); }, side.field)) continue;
+    const Facet facet = Move(side.facets->facets()[i], X_SB);
+    if (PlaneMayReach(side.field, facet)) use(i, facet);
+  }
+}
+
 }  // namespace
 
 std::vector<ContactSide> MakeSides(const std::vector<ContactPair>& contacts) {
@@ -185,9 +221,8 @@ void CalcPatches(const ContactSide& side, NearFacets* near, const Pose& X_SB, st
     axis.direction = X_SB.R * axis.direction;
     CalcAxis(axis, side.field, &(*patches)[0], jacobians == nullptr ? nullptr : &(*jacobians)[0]);
   } else {
-    for (const int i : near->Find(side, X_SB)) {
-      AddFacet(Move(side.facets->facets()[i], X_SB), side.field, patches, jacobians);
-    }
+    ForNearFacets(side, near, X_SB,
+                  [&](int, const Facet& facet) { AddFacet(facet, side.field, patches, jacobians); });
   }
   for (std::size_t cell = 0; cell < cells; ++cell) {
     PatchIntegrals& patch = (*patches)[cell];
@@ -207,13 +242,13 @@ void PullBackVertices(const ContactSide& side, NearFacets* near, const Pose& X_S
     b.F *= side.modulus;
     b.M *= side.modulus;
   }
-  for (const int i : near->Find(side, X_SB)) {
+  ForNearFacets(side, near, X_SB, [&](int i, const Facet& facet) {
     std::array<Vector3d, 3> bar_corners{Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()};
-    PullBackFacet(Move(side.facets->facets()[i], X_SB), side.field, bar, &bar_corners);
+    PullBackFacet(facet, side.field, bar, &bar_corners);
     for (int k = 0; k < 3; ++k) {
       bar_vertices->col(side.facets->triangles()[i][k]) += X_SB.R.transpose() * bar_corners[k];
     }
-  }
+  });
 }
 
 }  // namespace knap
