@@ -57,7 +57,7 @@ DrapedRope MakeDrapedRope(double friction, double heavy_load) {
       {Eigen::AngleAxisd(-0.5 * std::numbers::pi, Vector3d::UnitX()).toRotationMatrix(), Vector3d::Zero()});
   const CapsuleGeometry round{kRadius, 0.01, Vector3d::Zero()};
   const Vector3d size(pitch - 5e-4, kThickness, kThickness);
-  const BoxGeometry box{0.5 * size, 5e-4, Vector3d(0.5 * pitch, 0.0, 0.0)};
+  const BoxGeometry box{0.5 * size, Vector3d(0.5 * pitch, 0.0, 0.0)};
   const ContactMaterial material{5e9, 2.0, friction, 0.0, 1e-3, 2e-5};
   constexpr double kLinkMass = 5e-5;
   const Matrix3d I = kLinkMass * pitch * pitch / 12.0 * Matrix3d::Identity();

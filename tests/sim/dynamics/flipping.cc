@@ -18,7 +18,7 @@ constexpr int kStepsPerInterval = 5;
 constexpr int kIntervals = 60;
 
 BoxGeometry MakeShape(const BoxLink& link) {
-  return {0.5 * Vector3d(link.x1 - link.x0, link.width, link.height), 0.002,
+  return {0.5 * Vector3d(link.x1 - link.x0, link.width, link.height),
           Vector3d(0.5 * (link.x0 + link.x1), 0.0, 0.0)};
 }
 
@@ -59,7 +59,7 @@ Flipping MakeFlipping() {
   out.box = tree.AddBody(box);
   out.hinge = tree.bodies()[out.box].q_start;
 
-  const BoxGeometry box_shape{Vector3d::Constant(0.5 * kSide), 0.002, center};
+  const BoxGeometry box_shape{Vector3d::Constant(0.5 * kSide), center};
   const ContactMaterial material{2e7, 1.0, 0.8, 0.0, 1e-3, 2e-5};
   const auto touch = [&](int a, const ContactGeometry& shape_a, int b, const ContactGeometry& shape_b) {
     ContactPair pair;
