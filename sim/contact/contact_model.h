@@ -35,6 +35,8 @@ struct ContactReport {
   Eigen::Vector3d m_W = Eigen::Vector3d::Zero();  // about the first body's origin [N m]
 };
 
+using Bristle = Eigen::Vector3d;
+
 // The bristles that are bent, by ascending number of their point.
 struct Bristles {
   std::vector<int> id;

@@ -27,7 +27,8 @@ SimulationOptions MakeOptions(const Rollout& rollout) {
   SimulationOptions options;
   options.step = rollout.step;
   options.steps = static_cast<int>(std::llround(rollout.horizon / rollout.step));
-  options.order = rollout.integrator == Integrator::kBdf2 ? 2 : 1;
+  options.order = rollout.integrator == Integrator::kBdf1 ? 1 : 2;
+  if (rollout.integrator == Integrator::kTrBdf2) options.tolerance = rollout.tolerance;
   options.newton_tolerance = rollout.newton_tolerance;
   options.newton_max_iterations = static_cast<int>(rollout.newton_max_iterations);
   return options;

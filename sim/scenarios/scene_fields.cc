@@ -277,10 +277,22 @@ static void VisitFields(FieldVisitor& v, Variation& x) {
 static void VisitFields(FieldVisitor& v, Rollout& r) {
   v.Number({.key = "horizon", .doc = "duration, a whole number of steps", .dimension = kTime, .range = kPositive},
            r.horizon);
-  v.Number({.key = "step", .doc = "of the integrator", .dimension = kTime, .range = kPositive}, r.step);
-  static constexpr string_view kIntegrators[] = {"bdf1", "bdf2"};
-  v.EnumField({.key = "integrator", .doc = "implicit, of first or second order", .required = false}, r.integrator,
-              kIntegrators);
+  v.Number({.key = "step",
+            .doc = "of the integrator, the longest one of tr_bdf2; samples and control intervals are whole numbers of it",
+            .dimension = kTime,
+            .range = kPositive},
+           r.step);
+  static constexpr string_view kIntegrators[] = {"tr_bdf2", "bdf1", "bdf2"};
+  v.EnumField({.key = "integrator",
+               .doc = "implicit: tr_bdf2 in steps of its choice, bdf1 and bdf2 in fixed ones",
+               .required = false},
+              r.integrator, kIntegrators);
+  v.Number({.key = "tolerance",
+            .doc = "of tr_bdf2: the error of a step, positions as a share of the smallest body's radius, speeds of the "
+                   "largest speed",
+            .required = false,
+            .range = {0.0, 1.0, true}},
+           r.tolerance);
   v.Number({.key = "newton_tolerance", .doc = "on the scaled residual", .required = false, .range = {0.0, 1e-2, true}},
            r.newton_tolerance);
   v.Integer({.key = "newton_max_iterations",
