@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "sim/gradient/following_nodes.h"
+#include "sim/gradient/loss_error.h"
 #include "sim/math/check.h"
 
 namespace knap {
@@ -45,8 +46,13 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
   SolvePullBack pull(trajectory, dynamics, contacts);
   StateBars bars(nv);
   std::vector<BodyCotangent> bodies(tree.size());
+  const bool chosen_steps = trajectory.size() > 2 && trajectory.formula(2).is_stage;
   std::optional<FollowingNodes> following;
-  if (nodes == TimeNodes::kFollowing) following.emplace(trajectory, cotangents, dynamics, contacts, &pull);
+  if (chosen_steps && nodes == TimeNodes::kFollowing) {
+    following.emplace(trajectory, cotangents, dynamics, contacts, &pull);
+  }
+  std::optional<LossErrorSum> error;
+  if (chosen_steps) error.emplace(trajectory, dynamics, contacts);
   const ControlSequence& controls = trajectory.controls;
   // The interval that begins next, on the way back: the last one that acted, at first.
   int interval = feedback == nullptr || trajectory.whole_steps() == 0
@@ -89,12 +95,15 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
       break;
     }
     if (following) following->Look(k);
+    if (error) error->Look(k, bars);
     const SolvePullBack::Result result = pull.PullBack(&bars);
     rounding_squared += pull.CalcRoundingSquared();
+    const VectorXd lambda = pull.lambda();
     if (following && !following->AddSolve(k, result, by_time, &bars)) {
       out.solvable = false;
       break;
     }
+    if (error) error->AddSolve(k, lambda);
   }
   if (following && out.solvable) {
     contacts->BeginStep(0.0, {});
@@ -108,6 +117,7 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
   out.vertices = std::move(pull.by_contact().vertices);
   out.grips = std::move(pull.by_contact().grips);
   out.loss_rounding = std::sqrt(rounding_squared);
+  out.loss_error = error ? error->sum() : std::numeric_limits<double>::quiet_NaN();
   out.pose0 = bars.pose;
   out.v0 = bars.v;
   out.finite = out.pose0.allFinite() && out.v0.allFinite();

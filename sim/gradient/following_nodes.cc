@@ -32,8 +32,8 @@ FollowingNodes::FollowingNodes(const Trajectory& trajectory, const std::vector<S
 }
 
 bool FollowingNodes::MayMove(int k) const {
-  const bool between_steps = k > 0 && k + 1 < trajectory_.size() && trajectory_.formula(k - 1).is_stage &&
-                             trajectory_.formula(k + 1).is_stage;
+  const bool between_steps =
+      k > 0 && k + 1 < trajectory_.size() && trajectory_.formula(k - 1).is_stage && trajectory_.formula(k + 1).is_stage;
   return between_steps && !stays_[k];
 }
 

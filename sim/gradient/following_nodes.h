@@ -33,7 +33,7 @@ class FollowingNodes {
  private:
   struct Step {
     double by_step = 0.0;
-    double by_end = 0.0;    // of the times of its states
+    double by_end = 0.0;  // of the times of its states
     double by_stage = 0.0;
     void Add(bool is_stage, const SolvePullBack::Result& result, double by_time);
     double ByEndNode() const { return by_step + by_end + StepFormula::kGamma * by_stage; }
@@ -51,11 +51,11 @@ class FollowingNodes {
   Dynamics* dynamics_;
   ContactModel* contacts_;
   SolvePullBack* pull_;
-  std::vector<bool> stays_;        // of each state: a loss looks at it
+  std::vector<bool> stays_;         // of each state: a loss looks at it
   std::vector<bool> active_after_;  // of each contact: in the step after the state looked at
-  std::optional<Window> window_;   // of the step that begins at the next node on the way back
+  std::optional<Window> window_;    // of the step that begins at the next node on the way back
   std::optional<Window> next_window_;
-  Step step_;        // of which solves are being pulled back
+  Step step_;          // of which solves are being pulled back
   double node_ = 0.0;  // what the start of the step after is worth
   double sum_ = 0.0;   // S so far
   int touchdowns_ = 0;

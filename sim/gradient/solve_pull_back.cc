@@ -140,7 +140,8 @@ SolvePullBack::Result SolvePullBack::PullBack(StateBars* bars) {
 
   const VectorXd A = bars->vdot - joints_.vdot;
   const VectorXd B = bars->v - joints_.v + f.g0 * A;
-  out.by_step -= f.c_v * B.dot(xi_ - f.alpha * trajectory_.xi(k_ - 1)) + A.dot(vdot_ - f.g_a * trajectory_.vdot(k_ - 1));
+  out.by_step -=
+      f.c_v * B.dot(xi_ - f.alpha * trajectory_.xi(k_ - 1)) + A.dot(vdot_ - f.g_a * trajectory_.vdot(k_ - 1));
   if (contacts_->has_bristles()) {
     std::vector<Bristle>& by_contact = by_contact_.previous;
     std::size_t n = 0;

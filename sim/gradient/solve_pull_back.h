@@ -3,7 +3,7 @@
 // With lambda = J⁻ᵀ g the multiplier of the solve that led to state k, g collecting all that depends on its increment
 // xi_k, and f the formula of the solve (step_formula.h),
 //
-//   g = bar_xi_k + Jrᵀ bar_pose_k + c_v (bar_v_k + g0 bar_vdot_k)       pose_k = Exp(−xi) pose_{k−1} + Jr xi  (tangents)
+//   g = bar_xi_k + Jrᵀ bar_pose_k + c_v (bar_v_k + g0 bar_vdot_k)       pose_k = Exp(−xi) pose_{k−1} + Jr xi (tangents)
 //   (p, w, a) = ∂(lambdaᵀ r)/∂(pose, v, vdot),   A = bar_vdot_k − a,   B = bar_v_k − w + g0 A
 //   bar_pose_{k−1} += Exp(xi)(bar_pose_k − p)      bar_xi_{k−1} −= alpha c_v B      bar_vdot_{k−1} += g_a A
 //   bar_v_{k−1} += g1 A − e c_v B                  bar_v_{k−2} += g2 A              bar_wrench = + W(lambda)

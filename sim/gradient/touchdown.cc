@@ -59,10 +59,10 @@ Vector3d FindOnTriangle(const std::array<Vector3d, 3>& v, const Vector3d& c) {
 }
 
 NearestPoint FindNearest(const ContactGeometry& shape, const Vector3d& c) {
-  return std::visit(Overloaded{[&](const HalfSpaceGeometry&) {
-                                 return NearestPoint{Vector3d(c.x(), c.y(), 0.0)};
+  return std::visit(Overloaded{[&](const HalfSpaceGeometry&) { return NearestPoint{Vector3d(c.x(), c.y(), 0.0)}; },
+                               [](const SphereGeometry& s) {
+                                 return NearestPoint{s.center, s.radius};
                                },
-                               [](const SphereGeometry& s) { return NearestPoint{s.center, s.radius}; },
                                [&](const CapsuleGeometry& s) {
                                  const double z = std::clamp(c.z() - s.center.z(), -s.half_length, s.half_length);
                                  return NearestPoint{s.center + z * Vector3d::UnitZ(), s.radius};

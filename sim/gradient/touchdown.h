@@ -4,8 +4,8 @@
 //   dtau = −dg/gdot + g dgdot/gdot²
 //
 // g is the ball's distance from the nearest point p of the surface; in dgdot, p and the normal there stay as they are,
-// which is exact on planes and off by the curvature times g elsewhere: tau says where the nodes of the time grid go, and
-// any law for them that is the same in all derivatives will do.
+// which is exact on planes and off by the curvature times g elsewhere: tau says where the nodes of the time grid go,
+// and any law for them that is the same in all derivatives will do.
 #pragma once
 
 #include <Eigen/Dense>
@@ -24,7 +24,7 @@ namespace knap {
 inline constexpr double kLeastApproach = 1e-3;
 
 struct Touchdown {
-  double in = 0.0;                     // tau − t [s]
+  double in = 0.0;                       // tau − t [s]
   std::array<StateCotangent, 2> bodies;  // ∂tau/∂(motions of both); their state is left at 0
   // ∂tau/∂vertices of the contact's mesh, in its body; none without one
   std::vector<std::pair<int, Eigen::Vector3d>> vertices;

@@ -29,30 +29,44 @@ void Simulator::ListJumps(const SimulationOptions& options, const ControlSequenc
   std::sort(jumps_.begin(), jumps_.end());
 }
 
+bool Simulator::ForcesJumpAt(double time) const {
+  const auto jump = std::lower_bound(jumps_.begin(), jumps_.end(), time - kSameTime);
+  return jump != jumps_.end() && *jump <= time + kSameTime;
+}
+
+bool Simulator::TakeRestart(double end, const SimulationOptions& options, Trajectory* trajectory) {
+  predictor_.Clear();
+  const double now = trajectory->time(trajectory->size() - 1);
+  if (!Solve(end, StepFormula::Bdf1(end - now), options, trajectory)) return false;
+  Accept(trajectory);
+  return true;
+}
+
 bool Simulator::TakeChosen(int n, const SimulationOptions& options, Trajectory* trajectory) {
   const double end = (n + 1) * options.step;
   while (true) {
     const double now = trajectory->time(trajectory->size() - 1);
     if (now == end) return true;
-    const auto next = std::lower_bound(jumps_.begin(), jumps_.end(), now - kSameTime);
-    const bool forces_jump = next != jumps_.end() && *next <= now + kSameTime;
-    if (forces_jump) {
-      predictor_.Clear();
-      const double h = kRestartShare * options.step;
-      if (!Solve(now + h, StepFormula::Bdf1(h), options, trajectory)) return false;
-      Accept(trajectory);
+    if (ForcesJumpAt(now)) {
+      if (!TakeRestart(now + kRestartShare * options.step, options, trajectory)) return false;
       continue;
     }
-    double until = end;
-    if (options.nodes) {
-      until = *std::upper_bound(options.nodes->begin(), options.nodes->end(), now);
-    } else if (next != jumps_.end() && *next < end - kSameTime) {
-      until = *next;
-    }
-    const bool taken = options.nodes ? TakeTrBdf2(until, options, trajectory) : ChooseStep(until, options, trajectory);
-    if (!taken) return false;
-    if (options.nodes) Accept(trajectory);
+    const auto jump = std::upper_bound(jumps_.begin(), jumps_.end(), now);
+    const bool jumps_within = jump != jumps_.end() && *jump < end - kSameTime;
+    if (!ChooseStep(jumps_within ? *jump : end, options, trajectory)) return false;
   }
+}
+
+bool Simulator::TakeGiven(int n, const SimulationOptions& options, Trajectory* trajectory) {
+  for (const double end : (*options.nodes)[n]) {
+    if (ForcesJumpAt(trajectory->time(trajectory->size() - 1))) {
+      if (!TakeRestart(end, options, trajectory)) return false;
+    } else {
+      if (!TakeTrBdf2(end, options, trajectory)) return false;
+      Accept(trajectory);
+    }
+  }
+  return true;
 }
 
 bool Simulator::ChooseStep(double end, const SimulationOptions& options, Trajectory* trajectory) {

@@ -85,7 +85,8 @@ bool Simulator::TakeSteps(int begin, int end, const SimulationOptions& options, 
     }
     if (controls.values.size() > 0) dynamics_->controls() = controls.values.col(controls.IntervalOfStep(n));
     if (options.tolerance > 0.0) {
-      if (!TakeChosen(n, options, trajectory)) return false;
+      const bool taken = options.nodes ? TakeGiven(n, options, trajectory) : TakeChosen(n, options, trajectory);
+      if (!taken) return false;
     } else {
       // Times are multiples of the step, not sums, so that they do not drift.
       if (!TakeFixed(n * options.step, options.step, 0, options, trajectory)) return false;
@@ -155,6 +156,7 @@ bool Simulator::TakeFixed(double time, double h, int depth, const SimulationOpti
 
 void Simulator::Accept(Trajectory* trajectory) {
   const double time = trajectory->time(trajectory->size() - 1);
+  ++trajectory->certificate.steps;
   NoteContacts(time, trajectory);
   if (observer) observer(time);
 }

@@ -50,8 +50,9 @@ struct SimulationOptions {
   int order = 2;       // of fixed steps: 1 or 2
   // > 0: TR-BDF2 with steps of at most this error, no longer than a whole one. 0: fixed steps.
   double tolerance = 0.0;
-  // With a tolerance: the steps' ends, every whole step's among them, in place of chosen ones. Null: chosen.
-  std::shared_ptr<const std::vector<double>> nodes;
+  // With a tolerance: where the steps of another trajectory end (Trajectory::ListNodes), in place of chosen ones, moved
+  // or not. Null: chosen.
+  std::shared_ptr<const TimeNodeList> nodes;
   double newton_tolerance = 1e-10;
   int newton_max_iterations = 30;
   std::size_t memory = std::size_t{256} << 20;  // of a trajectory's records; beyond, they are computed again [bytes]
@@ -95,7 +96,12 @@ class Simulator {
   bool TakeFixed(double time, double h, int depth, const SimulationOptions& options, Trajectory* trajectory);
   // Whole step n in steps of chosen length.
   bool TakeChosen(int n, const SimulationOptions& options, Trajectory* trajectory);
-  // One of them, from the last state to at most `end`.
+  // Likewise with given ends.
+  bool TakeGiven(int n, const SimulationOptions& options, Trajectory* trajectory);
+  // The step that finds the acceleration anew.
+  bool TakeRestart(double end, const SimulationOptions& options, Trajectory* trajectory);
+  bool ForcesJumpAt(double time) const;
+  // A step of chosen length, from the last state to at most `end`.
   bool ChooseStep(double end, const SimulationOptions& options, Trajectory* trajectory);
   bool TakeTrBdf2(double end, const SimulationOptions& options, Trajectory* trajectory);
   // Where forces may jump: the times that steps must not step over, ascending.

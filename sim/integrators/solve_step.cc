@@ -97,8 +97,8 @@ bool Simulator::IsWithinATurn() const {
 }
 
 // Newton with a backtracking line search, from xi_trial_.
-bool Simulator::FindRoot(double time, const StepFormula& f, const SimulationOptions& options,
-                         Trajectory* trajectory, double* scaled) {
+bool Simulator::FindRoot(double time, const StepFormula& f, const SimulationOptions& options, Trajectory* trajectory,
+                         double* scaled) {
   for (int iteration = 0;; ++iteration) {
     if (!std::isfinite(*scaled)) return false;
     if (*scaled <= options.newton_tolerance) return IsWithinATurn();
@@ -128,8 +128,7 @@ bool Simulator::FindRoot(double time, const StepFormula& f, const SimulationOpti
 // implicit ones along xi' = −M⁻¹ r, each 1/a long, and 1/a grows as the residual falls [Kelley & Keyes 1998]. The flow
 // runs past where r is least without being zero, which holds a line search up, and, unlike Newton, away from what is
 // in unstable equilibrium.
-bool Simulator::ComeNearWithAddedInertia(double time, const StepFormula& f, Trajectory* trajectory,
-                                         double* scaled) {
+bool Simulator::ComeNearWithAddedInertia(double time, const StepFormula& f, Trajectory* trajectory, double* scaled) {
   double added = kFirstAddedInertia;
   scale_now_ = scale_;
   double merit = CalcMerit();

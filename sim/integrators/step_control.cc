@@ -37,27 +37,27 @@ double CalcBallRadius(const Matrix6d& M) {
 }  // namespace
 
 StepControl::Ball StepControl::Enclose(const ContactGeometry& shape) {
-  return std::visit(Overloaded{[](const HalfSpaceGeometry&) {
-                                 return Ball{true, false, Vector3d::Zero(), 0.0, kInfinity};
-                               },
-                               [](const SphereGeometry& s) {
-                                 return Ball{false, s.center.isZero(0.0), s.center, s.radius, s.radius};
-                               },
-                               [](const CapsuleGeometry& s) {
-                                 return Ball{false, false, s.center, s.radius + s.half_length, s.radius};
-                               },
-                               [](const BoxGeometry& s) {
-                                 return Ball{false, false, s.center, s.half.norm(), s.half.minCoeff()};
-                               },
-                               [](const MeshGeometry& s) {
-                                 Eigen::AlignedBox3d box;
-                                 for (const TriangleFrame& frame : s.mesh->frames()) {
-                                   for (const Vector3d& v : frame.v) box.extend(v);
-                                 }
-                                 return Ball{false, false, box.center(), 0.5 * box.diagonal().norm(),
-                                             0.5 * box.sizes().minCoeff()};
-                               }},
-                    shape);
+  return std::visit(
+      Overloaded{[](const HalfSpaceGeometry&) {
+                   return Ball{true, false, Vector3d::Zero(), 0.0, kInfinity};
+                 },
+                 [](const SphereGeometry& s) {
+                   return Ball{false, s.center.isZero(0.0), s.center, s.radius, s.radius};
+                 },
+                 [](const CapsuleGeometry& s) {
+                   return Ball{false, false, s.center, s.radius + s.half_length, s.radius};
+                 },
+                 [](const BoxGeometry& s) {
+                   return Ball{false, false, s.center, s.half.norm(), s.half.minCoeff()};
+                 },
+                 [](const MeshGeometry& s) {
+                   Eigen::AlignedBox3d box;
+                   for (const TriangleFrame& frame : s.mesh->frames()) {
+                     for (const Vector3d& v : frame.v) box.extend(v);
+                   }
+                   return Ball{false, false, box.center(), 0.5 * box.diagonal().norm(), 0.5 * box.sizes().minCoeff()};
+                 }},
+      shape);
 }
 
 StepControl::StepControl(const Tree& tree, const std::vector<ContactPair>& contacts) {

@@ -6,8 +6,8 @@
 //   delta = h Σ (b − b^) k,   b = (w, w, d),   b^ = ((1 − w)/3, (1 + 3w)/3, d/3)                    [Bank et al. 1985]
 //   error = max over joints of sqrt(|delta_q|²/r² + |delta_v|²/V²) / tolerance
 //
-// r is a length of the scene, the least half width or radius of what moves or touches (what turns: 1 rad), V the largest
-// speed of the last 50 ms, at least 20 mm/s (what turns: V/r). A step is accepted at error ≤ 1; the next one is
+// r is a length of the scene, the least half width or radius of what moves or touches (what turns: 1 rad), V the
+// largest speed of the last 50 ms, at least 20 mm/s (what turns: V/r). A step is accepted at error ≤ 1; the next one is
 // 0.9 error^(−1/3) times as long, at least a fifth, at most twice, and no longer after a rejection.
 //
 // A body could also pass through another within one step, and no error would tell. So a step may be no longer than
@@ -59,8 +59,8 @@ class StepControl {
     bool turns = false;
   };
   struct Ball {
-    bool infinite = false;  // a half-space
-    bool round = false;     // turning moves no point of its surface
+    bool infinite = false;                             // a half-space
+    bool round = false;                                // turning moves no point of its surface
     Eigen::Vector3d center = Eigen::Vector3d::Zero();  // in the body [m]
     double radius = 0.0;
     double half_width = 0.0;

@@ -26,7 +26,7 @@ struct StepFormula {
   double h = 0.0;     // from the previous state [s]
   double step = 0.0;  // of the step that this solve is a part of, h but for TR-BDF2: all below are its powers [s]
   double alpha = 0.0;
-  double e = 0.0;  // [s]
+  double e = 0.0;    // [s]
   double c_v = 0.0;  // dv/dxi [1/s]
   double g0 = 0.0;   // [1/s]
   double g1 = 0.0;
@@ -37,7 +37,7 @@ struct StepFormula {
   bool is_stage = false;   // leads to a state within a step, which is no node of the time grid
 
   static constexpr double kGamma = 2.0 - std::numbers::sqrt2;
-  static constexpr double kDiagonal = 0.5 * kGamma;           // d
+  static constexpr double kDiagonal = 0.5 * kGamma;              // d
   static constexpr double kWeight = 0.25 * std::numbers::sqrt2;  // w of the first two slopes; that of the third is d
 
   static StepFormula Bdf1(double h) {

@@ -59,6 +59,16 @@ void Trajectory::CutBackTo(int size) {
   block.bristles.rate.resize(block.bristle_start.back());
 }
 
+TimeNodeList Trajectory::ListNodes() const {
+  TimeNodeList nodes(whole_steps());
+  for (int n = 0; n < whole_steps(); ++n) {
+    for (int k = state_of_step(n) + 1; k <= state_of_step(n + 1); ++k) {
+      if (!formula(k).is_stage) nodes[n].push_back(time(k));
+    }
+  }
+  return nodes;
+}
+
 Trajectory::Seed Trajectory::MakeSeed() const {
   const int k = size() - 1;
   Seed seed{time(k), formula(k), q(k), v(k), xi(k), vdot(k), VectorXd(), {}, choice_};

@@ -25,14 +25,18 @@ struct SimulationCertificate {
   bool converged = true;
   bool finite = true;
   double worst_residual = 0.0;  // largest accepted scaled residual
+  int steps = 0;                // accepted
   int subdivided_steps = 0;     // whole steps of fixed length that had to be cut
   int rejected_steps = 0;       // of chosen length: begun again with a smaller one
   int contact_onsets = 0;       // times that some contact began
   long newton_iterations = 0;
 };
 
-// States 0…K and the records that lead from each to the next; substeps and stages within a step are states too. Views of
-// a state hold until states of three other blocks have been looked at.
+// For every whole step, the times at which the steps within it end [s].
+using TimeNodeList = std::vector<std::vector<double>>;
+
+// States 0…K and the records that lead from each to the next; substeps and stages within a step are states too. Views
+// of a state hold until states of three other blocks have been looked at.
 class Trajectory {
  public:
   // What a step to the state after this one depends on.
@@ -62,6 +66,7 @@ class Trajectory {
   // The state at the end of whole step n (0: the start), n ≤ whole_steps().
   int state_of_step(int n) const { return state_of_step_[n]; }
   int whole_steps() const { return static_cast<int>(state_of_step_.size()) - 1; }
+  TimeNodeList ListNodes() const;
   // When each contact was last active [s]; minus infinity where it never was.
   const std::vector<double>& last_touched() const { return last_touched_; }
   // Blocks that were simulated again so far.

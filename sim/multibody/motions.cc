@@ -44,8 +44,8 @@ PrescribedState CalcZigzag(const Zigzag& motion, double time) {
   state.V(3) = scale * k * omega * c / root;
   state.A(3) = scale * k * omega * omega * s * (k * k * c * c / (root * root) - 1.0) / root;
   const double root2 = root * root;
-  state.jerk(3) = -scale * k * (1.0 - k * k) * omega * omega * omega * c * (1.0 + 2.0 * k * k * s * s) /
-                  (root2 * root2 * root);
+  state.jerk(3) =
+      -scale * k * (1.0 - k * k) * omega * omega * omega * c * (1.0 + 2.0 * k * k * s * s) / (root2 * root2 * root);
   const bool moving = motion.forward_speed * time < motion.stop_at;
   state.X_FB.p.y() = moving ? motion.forward_speed * time : motion.stop_at;
   state.V(4) = moving ? motion.forward_speed : 0.0;

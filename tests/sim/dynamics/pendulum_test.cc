@@ -152,8 +152,7 @@ TEST_P(OrderTest, ATorqueFreeTopKeepsItsAngularMomentumAndEnergyAtTheOrder) {
   double previous = 0.0;
   double previous_energy = 0.0;
   for (const double step : {2e-3, 1e-3, 5e-4}) {
-    const Trajectory t =
-        Simulator(&dynamics, &none).Run(tree.MakeDefaultPositions(), v0, MakeOptions(step, 2.0));
+    const Trajectory t = Simulator(&dynamics, &none).Run(tree.MakeDefaultPositions(), v0, MakeOptions(step, 2.0));
     ASSERT_TRUE(t.certificate.converged);
     double error = 0.0;
     double energy_error = 0.0;
