@@ -99,11 +99,12 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
     const SolvePullBack::Result result = pull.PullBack(&bars);
     rounding_squared += pull.CalcRoundingSquared();
     const VectorXd lambda = pull.lambda();
+    const VectorXd by_pose = pull.by_pose();
     if (following && !following->AddSolve(k, result, by_time, &bars)) {
       out.solvable = false;
       break;
     }
-    if (error) error->AddSolve(k, lambda);
+    if (error) error->AddSolve(k, lambda, by_pose);
   }
   if (following && out.solvable) {
     contacts->BeginStep(0.0, {});

@@ -8,8 +8,9 @@
 //
 // lambda_q and lambda_z are the means of the cotangents at both nodes, mu that of the multipliers of the solves into
 // them, each over the time that it stands for: a force's slope at a node is used by the step that ends there, with the
-// share d of its length, and by the next, with the share w. One evaluation of the forces a step.
-//                                                                                  [Cao & Petzold 2004]
+// share d of its length, and by the next, with the share w. What the next step sees of the node's position through that
+// slope belongs to lambda_q. One evaluation of the forces a step, three where a contact begins or ends within it, and
+// the residual has a kink: at the quarters, by Simpson's rule.                                   [Cao & Petzold 2004]
 //
 // Formulas of fixed steps have no such curve: there is no estimate for them.
 #pragma once
@@ -30,8 +31,8 @@ class LossErrorSum {
 
   // For every state from the last to the first, with its whole cotangents, before the solve into it is pulled back …
   void Look(int k, const StateBars& bars);
-  // … and with that solve's multiplier, afterwards. The dynamics are then at another state.
-  void AddSolve(int k, const Eigen::VectorXd& lambda);
+  // … and afterwards with that solve's multiplier and lambda·∂r/∂pose. The dynamics are then at another state.
+  void AddSolve(int k, const Eigen::VectorXd& lambda, const Eigen::VectorXd& by_pose);
 
   double sum() const { return sum_; }
 
@@ -41,10 +42,14 @@ class LossErrorSum {
     Eigen::VectorXd bar_pose, mu;
     BristleState bristles;
     std::vector<Bristle> bar_bristles;
+    std::vector<bool> active;  // of each contact
   };
+  // The integral over the step between the nodes.
   double CalcStep(const Node& start, const Node& end);
-  // Bristles of both nodes halfway, and the cotangents' mean.
-  void CalcBristles(const Node& start, const Node& end, double h);
+  // The residual's worth at a share s of the step.
+  double CalcAt(double s, const Node& start, const Node& end);
+  // Bristles between the nodes, and the cotangents' mean.
+  void CalcBristles(double s, const Node& start, const Node& end, double h);
 
   const Trajectory& trajectory_;
   Dynamics* dynamics_;

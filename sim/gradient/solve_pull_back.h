@@ -75,6 +75,7 @@ class SolvePullBack {
 
   // Of the last PullBack.
   const Eigen::VectorXd& lambda() const { return lambda_; }
+  const Eigen::VectorXd& by_pose() const { return joints_.pose; }  // ∂(lambda·r)/∂pose
   // (lambda·r)² and what a unit of rounding of r's terms does, squared.
   double CalcRoundingSquared() const;
 

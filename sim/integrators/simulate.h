@@ -36,7 +36,7 @@ namespace knap {
 
 inline constexpr int kMaxSubdivisions = 8;
 // Shares of a whole step: of the step that finds the acceleration anew, and of the least one that is tried.
-inline constexpr double kRestartShare = 0x1p-12;
+inline constexpr double kRestartShare = 0x1p-8;
 inline constexpr double kLeastShare = 0x1p-20;
 // Half a turn: a step that spans more cannot tell which way a joint went [rad].
 inline constexpr double kLongestTurn = std::numbers::pi;

@@ -271,7 +271,10 @@ void RolloutModel::AddGradient(const RolloutInput& input, const Simulated& s, co
     out->doubts.emplace_back(reason);
   };
   if (out->certificate.subdivided_steps > 0) doubt("cut steps");
-  if (out->loss_rounding > demand.step * demand.tolerance * g.lpNorm<Eigen::Infinity>()) doubt("rounding");
+  const double largest = g.lpNorm<Eigen::Infinity>();
+  // Where steps are chosen, the loss is known to no more than loss_error, and rounding is lost in that.
+  if (!chosen_steps && out->loss_rounding > demand.step * demand.tolerance * largest) doubt("rounding");
+  if (chosen_steps && !(out->loss_error <= demand.loss_error * largest)) doubt("time steps");
   if (compares_frozen) out->touchdown_share = (g - frozen).norm() / size;
   if (out->touchdown_share > demand.touchdown) doubt("touchdowns");
   if (demand.compare != GradientComparison::kFiner || !chosen_steps) return;
@@ -283,7 +286,7 @@ void RolloutModel::AddGradient(const RolloutInput& input, const Simulated& s, co
     const Gradient other = CalcGradient(input.controls, finer, bar_finer, TimeNodes::kFollowing);
     out->gradient_change = (g - Normalize(finer.scene, other)).norm() / size;
   }
-  if (!(out->gradient_change <= demand.change)) doubt("time steps");
+  if (!(out->gradient_change <= demand.change)) doubt("tolerance");
 }
 
 RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<void(int, int)>& progress) {

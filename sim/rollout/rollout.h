@@ -51,7 +51,7 @@ struct RolloutOutput {
   // Whether the gradient is that of the problem, as far as this rollout can tell: no entry in `doubts`. See
   // docs/method.md.
   bool gradient_reliable = true;
-  std::vector<std::string> doubts;  // "cut steps", "rounding", "touchdowns", "time steps"
+  std::vector<std::string> doubts;  // "cut steps", "rounding", "time steps", "touchdowns", "tolerance"
   int steps = 0;                    // steps simulated, those of chosen length one by one
 };
 

@@ -9,13 +9,14 @@ using std::string_view;
 void VisitFields(FieldVisitor& v, Rollout& r) {
   v.Number({.key = "horizon", .doc = "duration, a whole number of steps", .dimension = kTime, .range = kPositive},
            r.horizon);
-  v.Number({.key = "step",
-            .doc = "of bdf1 and bdf2; of tr_bdf2 the longest one, 0: at most 4 ms, as samples and intervals allow. Samples "
-                   "and control intervals are whole numbers of it",
-            .required = false,
-            .dimension = kTime,
-            .range = kNonNegative},
-           r.step);
+  v.Number(
+      {.key = "step",
+       .doc = "of bdf1 and bdf2; of tr_bdf2 the longest one, 0: at most 4 ms, as samples and intervals allow. Samples "
+              "and control intervals are whole numbers of it",
+       .required = false,
+       .dimension = kTime,
+       .range = kNonNegative},
+      r.step);
   static constexpr string_view kIntegrators[] = {"tr_bdf2", "bdf1", "bdf2"};
   v.EnumField({.key = "integrator",
                .doc = "implicit: tr_bdf2 in steps of its choice, bdf1 and bdf2 in fixed ones",
@@ -43,11 +44,17 @@ void VisitFields(FieldVisitor& v, GradientDemand& g) {
             .range = kFraction},
            g.tolerance);
   v.Number({.key = "step",
-            .doc = "share of a parameter's range; where rounding blurs differences over it by more than the tolerance, "
-                   "a rollout's certificate calls its gradient unreliable",
+            .doc = "share of a parameter's range; with fixed time steps, where rounding blurs differences over it by "
+                   "more than the tolerance, a rollout's gradient is unreliable",
             .required = false,
             .range = kFraction},
            g.step);
+  v.Number({.key = "loss_error",
+            .doc = "share of a parameter's range; where chosen time steps do more to the loss than a move over it, the "
+                   "gradient is unreliable",
+            .required = false,
+            .range = kPositive},
+           g.loss_error);
   v.Number(
       {.key = "touchdown",
        .doc = "share of itself by which a gradient may differ from that at frozen time nodes; beyond, it is unreliable",

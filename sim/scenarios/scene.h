@@ -356,6 +356,7 @@ enum class GradientComparison { kNone, kFiner };
 struct GradientDemand {
   double tolerance = 1e-5;  // relative to ‖g‖∞ in range-normalised parameters
   double step = 5e-7;       // of a range, over which rounding must not hide that much
+  double loss_error = 0.1;  // share of ‖g‖∞: what chosen steps may do to the loss
   double touchdown = 10.0;  // share of ‖g‖ by which it may differ from that at frozen time nodes
   GradientComparison compare = GradientComparison::kNone;
   double change = 0.08;   // share of ‖g‖ by which it may differ from that at a quarter of the tolerance

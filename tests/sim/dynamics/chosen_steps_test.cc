@@ -42,8 +42,6 @@ TEST(ChosenSteps, ErrorsFallWithTheTolerance) {
   for (const double tolerance : {1e-2, 1e-4, 1e-6}) {
     const Trajectory t = Throw(scene, tolerance, 4e-3, 0.3);
     const double error = (t.q(t.size() - 1) - end).norm();
-    std::printf("tolerance %g: error %g, %d states, %d rejected, %ld Newton\n", tolerance, error, t.size(),
-                t.certificate.rejected_steps, t.certificate.newton_iterations);
     if (previous > 0.0) {
       EXPECT_LT(error, 0.25 * previous) << tolerance;
       EXPECT_GT(t.size(), states);

@@ -84,7 +84,6 @@ TEST_P(TouchdownTest, FollowingNodesGiveTheProblemsDerivative) {
   }
   RecordProperty("worst following", std::to_string(worst));
   RecordProperty("worst frozen", std::to_string(worst_frozen));
-  std::printf("speed %g: following %g frozen %g\n", speed, worst, worst_frozen);
   EXPECT_LT(worst, 0.02);
   EXPECT_GT(worst_frozen, worst);
 }
@@ -122,7 +121,6 @@ TEST(Touchdown, EqualBallsSwapTheirDerivatives) {
     EXPECT_NEAR(t.v(last)(3), 1.0, 1e-3);
     const TrajectoryGradient g =
         SweepAdjoint(t, {{last, 1, Vector3d::UnitX(), Vector3d::Zero()}}, &dynamics, &contacts);
-    std::printf("%g %g %g %g\n", g.pose0(0), g.pose0(3), g.v0(0), g.v0(3));
     EXPECT_NEAR(g.pose0(0), 1.0, 0.02);
     EXPECT_NEAR(g.pose0(3), 0.0, 0.02);
     EXPECT_NEAR(g.v0(0), kT, 0.02 * kT);
@@ -245,8 +243,7 @@ TEST(Touchdown, FollowingNodesEqualDifferencesOverNodesThatMove) {
   Dynamics dynamics(at.scene.tree);
   ContactModel contacts(at.scene.contacts);
   const int last = base.size() - 1;
-  const std::vector<StateCotangent> loss = {
-      {last, at.scene.ball, Vector3d(1.0, -0.7, 0.4), Vector3d(0.0, 0.05, 0.0)}};
+  const std::vector<StateCotangent> loss = {{last, at.scene.ball, Vector3d(1.0, -0.7, 0.4), Vector3d(0.0, 0.05, 0.0)}};
   const TrajectoryGradient g = SweepAdjoint(base, loss, &dynamics, &contacts);
   const TrajectoryGradient frozen = SweepAdjoint(base, loss, &dynamics, &contacts, nullptr, TimeNodes::kFrozen);
   EXPECT_EQ(g.touchdowns, static_cast<int>(windows.size()));

@@ -29,6 +29,7 @@ struct Throw {
   double gravity = 0.0;   // [m/s²]
   std::string material = "stiffness: 3e7 N/m^3, damping: 0 s/m, friction: 0.4";
   std::string rollout = "horizon: 0.4 s, newton_tolerance: 1e-13";
+  std::string more;                         // sections of the file
   std::string axes = "[1 mm, 2 mm, -1 m]";  // the loss is the distance from there
 };
 
@@ -60,7 +61,7 @@ RolloutModel MakeModel(const Throw& t) {
       t.rollout +
       "}\n"
       "loss: {task: [{type: point_target, body: ball, targets: [{from: 0 s, position: " +
-      t.axes + "}], sample_period: 0.4 s}]}\n";
+      t.axes + "}], sample_period: 0.4 s}]}\nlearning: {dimensions_per_batch: 1, variations: 1, batch: 1}\n" + t.more;
   return RolloutModel({{kScenarioFileName, text}, {"plate.obj", kPlate}, {"cage.obj", kCage}});
 }
 
@@ -115,7 +116,6 @@ TEST(LossError, IsWithinAFactorOfThreeOfTheTruth) {
     const double truth = std::abs(RunInitial(&exact).loss - out.loss);
     const double ratio = out.loss_error / truth;
     if (ratio > 1.0 / 3.0 && ratio < 3.0) ++close;
-    std::printf("%d: error %.3e, estimate %.3e, ratio %.2f, onsets %d\n", i, truth, out.loss_error, ratio, out.certificate.contact_onsets);
     EXPECT_GT(truth, 0.0);
   }
   EXPECT_GE(close, kCount * 9 / 10);
@@ -128,12 +128,36 @@ TEST(LossError, IsNotKnownForFixedSteps) {
   EXPECT_TRUE(std::isnan(RunInitial(&model).loss_error));
 }
 
-TEST(GradientReliable, NamesTimeStepsWhereATighterToleranceChangesTheGradient) {
+// Throws whose ball touches down while the loss is taken: the last node cannot follow, and a finer grid tells.
+TEST(GradientReliable, IsNotWhereATighterToleranceChangesTheGradient) {
   Throw t;
-  t.speed = 0.5;
-  t.gap = 0.0751;
+  t.gap = 0.5 * (0.4 - 2e-4);
   RolloutModel alone = MakeModel(t);
   EXPECT_EQ(RunInitial(&alone).gradient_change, 0.0);  // nobody asked
+  t.more = "gradient: {compare: finer}\n";
+  RolloutModel compared = MakeModel(t);
+  const RolloutOutput out = RunInitial(&compared);
+  EXPECT_GT(out.gradient_change, 0.08);
+  EXPECT_FALSE(out.gradient_reliable);
+  EXPECT_EQ(out.doubts.back(), "tolerance");
+  // And where it does not.
+  t.gap = 0.05;
+  RolloutModel calm = MakeModel(t);
+  EXPECT_LT(RunInitial(&calm).gradient_change, 1e-3);
+  EXPECT_TRUE(RunInitial(&calm).gradient_reliable);
+}
+
+// As the smallest limits that a scenario can set show.
+TEST(GradientReliable, NamesEveryLimitThatIsPassed) {
+  Throw t;
+  t.gap = 0.05;
+  t.more = "gradient: {loss_error: 1e-9, touchdown: 1e-9}\n";
+  RolloutModel model = MakeModel(t);
+  EXPECT_EQ(RunInitial(&model).doubts, (std::vector<std::string>{"time steps", "touchdowns"}));
+  t.rollout = "horizon: 0.4 s, step: 4 ms, integrator: bdf2";
+  t.more = "gradient: {step: 1e-12}\n";
+  RolloutModel fixed = MakeModel(t);
+  EXPECT_EQ(RunInitial(&fixed).doubts, std::vector<std::string>{"rounding"});
 }
 
 }  // namespace
