@@ -135,6 +135,7 @@ class RolloutModel {
   struct Gradient {
     Eigen::VectorXd design, controls;
     bool finite = true, solvable = true;
+    int touchdowns = 0;  // that time nodes followed
     double loss_rounding = 0.0;
     double loss_error = 0.0;
   };

@@ -57,7 +57,8 @@ void VisitFields(FieldVisitor& v, GradientDemand& g) {
            g.loss_error);
   v.Number(
       {.key = "touchdown",
-       .doc = "share of itself by which a gradient may differ from that at frozen time nodes; beyond, it is unreliable",
+       .doc = "share of itself by which a gradient over three touchdowns or more may differ from that at frozen time "
+              "nodes; beyond, it is unreliable",
        .required = false,
        .range = kPositive},
       g.touchdown);

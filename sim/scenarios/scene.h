@@ -357,7 +357,7 @@ struct GradientDemand {
   double tolerance = 1e-5;  // relative to ‖g‖∞ in range-normalised parameters
   double step = 5e-7;       // of a range, over which rounding must not hide that much
   double loss_error = 0.1;  // share of ‖g‖∞: what chosen steps may do to the loss
-  double touchdown = 10.0;  // share of ‖g‖ by which it may differ from that at frozen time nodes
+  double touchdown = 0.1;   // share of ‖g‖ by which it may differ from that at frozen time nodes, after a cascade
   GradientComparison compare = GradientComparison::kNone;
   double change = 0.08;   // share of ‖g‖ by which it may differ from that at a quarter of the tolerance
   double flagged = 0.05;  // share of rollouts whose own certificate may warn
