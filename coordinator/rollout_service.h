@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -20,12 +21,13 @@ struct RolloutQuery {
 
 // What the simulator says about the trust its own answer deserves [docs/method.md].
 struct RolloutCertificate {
-  bool finite = false;          // every number of the answer is finite
-  bool converged = false;       // every step met its Newton tolerance
-  bool smooth = false;          // no event that makes the gradient doubtful (see docs/method.md)
-  double worst_residual = 0.0;  // largest scaled Newton residual accepted [-]
+  bool finite = false;             // every number of the answer is finite
+  bool converged = false;          // every step met its Newton tolerance
+  bool gradient_reliable = false;  // nothing tells that the gradient is not that of the problem (docs/method.md)
+  double worst_residual = 0.0;     // largest scaled Newton residual accepted [-]
   std::int32_t subdivided_steps = 0;
   std::int32_t contact_onsets = 0;
+  double loss_error = std::numeric_limits<double>::quiet_NaN();  // of time steps, Newton, rounding; NaN: not known
 };
 
 struct RolloutOutcome {

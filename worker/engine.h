@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <string>
@@ -34,8 +35,9 @@ struct EngineAnswer {
   std::vector<double> gradient;  // dloss/dtheta, then dloss/dcontrols; empty when not asked for
   bool finite = false;
   bool converged = false;
-  bool smooth = false;
+  bool gradient_reliable = false;
   double worst_residual = 0.0;
+  double loss_error = std::numeric_limits<double>::quiet_NaN();  // NaN: not known
   std::int32_t subdivided_steps = 0;
   std::int32_t contact_onsets = 0;
   std::int32_t steps = 0;

@@ -43,7 +43,8 @@ class KnapScenario final : public EngineScenario {
       answer.gradient.insert(answer.gradient.end(), output.control_gradient.begin(), output.control_gradient.end());
       answer.finite = output.certificate.finite;
       answer.converged = output.certificate.converged;
-      answer.smooth = output.smooth;
+      answer.gradient_reliable = output.gradient_reliable;
+      answer.loss_error = output.loss_error;
       answer.worst_residual = output.certificate.worst_residual;
       answer.subdivided_steps = output.certificate.subdivided_steps;
       answer.contact_onsets = output.certificate.contact_onsets;

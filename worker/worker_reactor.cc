@@ -214,6 +214,7 @@ void WorkerReactor::FinishJob(const EngineAnswer& answer) {
 
   rollout_result_t head{};
   head.loss = answer.loss;
+  head.loss_error = answer.loss_error;
   head.worst_residual = answer.worst_residual;
   head.forward_s = answer.forward_s;
   head.gradient_s = answer.gradient_s;
@@ -221,7 +222,7 @@ void WorkerReactor::FinishJob(const EngineAnswer& answer) {
   head.success = MakeFlag(answer.success);
   head.finite = MakeFlag(answer.finite);
   head.converged = MakeFlag(answer.converged);
-  head.smooth = MakeFlag(answer.smooth);
+  head.gradient_reliable = MakeFlag(answer.gradient_reliable);
   head.subdivided_steps = answer.subdivided_steps;
   head.contact_onsets = answer.contact_onsets;
   head.steps = answer.steps;

@@ -47,14 +47,15 @@ std::string EncodeAnswers(std::span<const JournaledAnswer> answers) {
   for (const auto& [id, outcome] : answers) {
     for (const std::uint8_t byte : id) bytes.push_back(static_cast<char>(byte));
     const RolloutCertificate& certificate = outcome.certificate;
-    for (const double value : {outcome.loss, certificate.worst_residual, outcome.forward_s, outcome.gradient_s}) {
+    for (const double value :
+         {outcome.loss, certificate.worst_residual, certificate.loss_error, outcome.forward_s, outcome.gradient_s}) {
       AppendDouble(value, &bytes);
     }
     for (const std::int32_t value : {certificate.subdivided_steps, certificate.contact_onsets, outcome.steps}) {
       AppendInteger(static_cast<std::uint32_t>(value), 4, &bytes);
     }
     const std::uint32_t flags = (outcome.success ? 1U : 0U) | (certificate.finite ? 2U : 0U) |
-                                (certificate.converged ? 4U : 0U) | (certificate.smooth ? 8U : 0U);
+                                (certificate.converged ? 4U : 0U) | (certificate.gradient_reliable ? 8U : 0U);
     AppendInteger(flags, 4, &bytes);
     AppendInteger(outcome.gradient.size(), 4, &bytes);
     for (const double value : outcome.gradient) AppendDouble(value, &bytes);
@@ -71,6 +72,7 @@ std::vector<JournaledAnswer> DecodeAnswers(std::string_view bytes) {
     RolloutCertificate& certificate = outcome.certificate;
     outcome.loss = reader.TakeDouble();
     certificate.worst_residual = reader.TakeDouble();
+    certificate.loss_error = reader.TakeDouble();
     outcome.forward_s = reader.TakeDouble();
     outcome.gradient_s = reader.TakeDouble();
     certificate.subdivided_steps = static_cast<std::int32_t>(reader.TakeInteger(4));
@@ -80,7 +82,7 @@ std::vector<JournaledAnswer> DecodeAnswers(std::string_view bytes) {
     outcome.success = (flags & 1U) != 0;
     certificate.finite = (flags & 2U) != 0;
     certificate.converged = (flags & 4U) != 0;
-    certificate.smooth = (flags & 8U) != 0;
+    certificate.gradient_reliable = (flags & 8U) != 0;
     const std::uint64_t size = reader.TakeInteger(4);
     for (std::uint64_t i = 0; i < size; ++i) outcome.gradient.push_back(reader.TakeDouble());
     answers.push_back(std::move(answer));

@@ -1,6 +1,7 @@
 #include "coordinator/cli/rollout_command.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <chrono>
 #include <cmath>
@@ -94,10 +95,16 @@ nlohmann::ordered_json MakeJson(const RolloutRecord& record) {
           {"certificate",
            {{"finite", output.certificate.finite},
             {"converged", output.certificate.converged},
-            {"smooth", output.smooth},
+            {"gradient_reliable", output.gradient_reliable},
+            {"reasons", output.doubts},
+            {"loss_error", MakeNumber(output.loss_error)},
+            {"touchdown_share", MakeNumber(output.touchdown_share)},
+            {"gradient_change", MakeNumber(output.gradient_change)},
             {"loss_rounding", MakeNumber(output.loss_rounding)},
             {"worst_residual", MakeNumber(output.certificate.worst_residual)},
             {"subdivided_steps", output.certificate.subdivided_steps},
+            {"rejected_steps", output.certificate.rejected_steps},
+            {"newton_iterations", output.certificate.newton_iterations},
             {"contact_onsets", output.certificate.contact_onsets}}}};
 }
 
@@ -114,11 +121,17 @@ std::string FormatRecord(const RolloutRecord& record) {
   fmt::format_to(out, "time       {:.1f} ms forward, {:.1f} ms gradient\n", 1e3 * record.forward_s,
                  1e3 * record.gradient_s);
   fmt::format_to(out,
-                 "certified  finite {}, converged {}, smooth {} (rounding moves the loss by {:.1e}); worst residual "
-                 "{:.1e}, {} steps subdivided, {} contact onsets\n",
-                 yes(output.certificate.finite), yes(output.certificate.converged), yes(output.smooth),
-                 output.loss_rounding, output.certificate.worst_residual, output.certificate.subdivided_steps,
-                 output.certificate.contact_onsets);
+                 "certified  finite {}, converged {}; worst residual {:.1e}, {} steps subdivided, {} contact onsets\n",
+                 yes(output.certificate.finite), yes(output.certificate.converged), output.certificate.worst_residual,
+                 output.certificate.subdivided_steps, output.certificate.contact_onsets);
+  if (std::isfinite(output.loss_error)) {
+    fmt::format_to(out, "           time steps, Newton and rounding move the loss by about {:.1e}\n",
+                   output.loss_error);
+  }
+  if (output.gradient.size() + output.control_gradient.size() > 0) {
+    fmt::format_to(out, "           gradient reliable {}{}{}\n", yes(output.gradient_reliable),
+                   output.doubts.empty() ? "" : ": ", fmt::join(output.doubts, ", "));
+  }
   if (!record.input.variation.empty()) fmt::format_to(out, "\n{:<36} {:>16}\n", "varied key", "value [SI]");
   for (std::size_t i = 0; i < record.input.variation.size(); ++i) {
     fmt::format_to(out, "{:<36} {:>16.9g}\n", record.scene.variation[i].key, record.input.variation[i]);

@@ -159,6 +159,8 @@ void RunRecorder::RecordAnswer(const RolloutReport& report) {
   row.loss = report.outcome->loss;
   row.success = report.outcome->success;
   row.converged = report.outcome->certificate.converged;
+  row.gradient_reliable = report.outcome->certificate.gradient_reliable;
+  row.loss_error = report.outcome->certificate.loss_error;
   row.forward_s = report.outcome->forward_s;
   row.gradient_s = report.outcome->gradient_s;
   rollouts_.Append(row);

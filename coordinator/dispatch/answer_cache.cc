@@ -42,7 +42,8 @@ RolloutOutcome MakeOutcome(const rollout_result_t& result, const std::vector<dou
   outcome.gradient = gradient;
   outcome.certificate.finite = result.finite != 0;
   outcome.certificate.converged = result.converged != 0;
-  outcome.certificate.smooth = result.smooth != 0;
+  outcome.certificate.gradient_reliable = result.gradient_reliable != 0;
+  outcome.certificate.loss_error = result.loss_error;
   outcome.certificate.worst_residual = result.worst_residual;
   outcome.certificate.subdivided_steps = result.subdivided_steps;
   outcome.certificate.contact_onsets = result.contact_onsets;
@@ -61,7 +62,9 @@ std::string DescribeDifference(const rollout_result_t& part, const RolloutOutcom
                    static_cast<std::int64_t>(outcome.gradient.size())),
            Compare("finite", std::int64_t{part.finite}, std::int64_t{certificate.finite}),
            Compare("converged", std::int64_t{part.converged}, std::int64_t{certificate.converged}),
-           Compare("smooth", std::int64_t{part.smooth}, std::int64_t{certificate.smooth}),
+           Compare("gradient_reliable", std::int64_t{part.gradient_reliable},
+                   std::int64_t{certificate.gradient_reliable}),
+           Compare("loss_error", part.loss_error, certificate.loss_error),
            Compare("worst_residual", part.worst_residual, certificate.worst_residual),
            Compare("subdivided_steps", std::int64_t{part.subdivided_steps}, std::int64_t{certificate.subdivided_steps}),
            Compare("contact_onsets", std::int64_t{part.contact_onsets}, std::int64_t{certificate.contact_onsets}),

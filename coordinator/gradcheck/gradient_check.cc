@@ -179,7 +179,7 @@ class GradientChecker {
       const bool agrees = !rollout.parameters.empty() &&
                           std::all_of(rollout.parameters.begin(), rollout.parameters.end(),
                                       [](const ParameterCheck& parameter) { return parameter.plateau_steps > 0; });
-      if (!IsUsable(certificate) || !certificate.smooth) {
+      if (!IsUsable(certificate) || !certificate.gradient_reliable) {
         rollout.verdict = GradientVerdict::kFlagged;
         ++report_.flagged;
         report_.nonconverged += IsUsable(certificate) ? 0 : 1;

@@ -8,8 +8,8 @@
 //
 // g and fd in range-normalised parameters, g_i = dL/dtheta_i·(upper_i − lower_i); see difference_ladder.h.
 //
-// A rollout whose certificate itself warns (not finite, not converged or not smooth) is flagged: it counts as flagged
-// even if it agrees. What neither agrees nor is flagged is what the check exists to find.
+// A rollout whose certificate itself warns (not finite, not converged or its gradient not reliable) is flagged: it
+// counts as flagged even if it agrees. What neither agrees nor is flagged is what the check exists to find.
 #pragma once
 
 #include <cstdint>

@@ -50,7 +50,7 @@ nlohmann::ordered_json MakeRolloutJson(const CheckedRollout& rollout, const Para
           {"certificate",
            {{"finite", certificate.finite},
             {"converged", certificate.converged},
-            {"smooth", certificate.smooth},
+            {"gradient_reliable", certificate.gradient_reliable},
             {"worst_residual", MakeNumber(certificate.worst_residual)},
             {"subdivided_steps", certificate.subdivided_steps},
             {"contact_onsets", certificate.contact_onsets}}},
@@ -77,7 +77,7 @@ void AppendRollout(const CheckedRollout& rollout, const Problem& problem, const 
   fmt::format_to(out, "\ndraw {}: {}", rollout.draw, GetName(rollout.verdict));
   if (!certificate.finite) fmt::format_to(out, ", not finite");
   if (!certificate.converged) fmt::format_to(out, ", not converged");
-  if (!certificate.smooth) fmt::format_to(out, ", not smooth");
+  if (!certificate.gradient_reliable) fmt::format_to(out, ", gradient not reliable");
   const auto worst = std::max_element(
       rollout.parameters.begin(), rollout.parameters.end(),
       [](const ParameterCheck& a, const ParameterCheck& b) { return a.relative_error < b.relative_error; });

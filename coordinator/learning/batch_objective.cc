@@ -86,7 +86,7 @@ BatchEvaluation BatchObjective::EvaluateStart() {
     trusted_task.push_back(task_[i]);
     task.Add(outcomes[i]);
     evaluation.successes += outcomes[i].success ? 1 : 0;
-    evaluation.doubtful_gradients += outcomes[i].certificate.smooth ? 0 : 1;
+    evaluation.doubtful_gradients += outcomes[i].certificate.gradient_reliable ? 0 : 1;
   }
   for (std::size_t i = 0; i < distillation_.size(); ++i) {
     if (IsTrusted(outcomes[task_.size() + i], 0)) trusted_distillation.push_back(distillation_[i]);
@@ -124,7 +124,7 @@ BatchEvaluation BatchObjective::Evaluate(const std::vector<double>& theta, bool 
     const bool is_task = i < task_.size();
     (is_task ? task : distillation).Add(outcomes[i]);
     evaluation.successes += is_task && outcomes[i].success ? 1 : 0;
-    evaluation.doubtful_gradients += with_gradient && !outcomes[i].certificate.smooth ? 1 : 0;
+    evaluation.doubtful_gradients += with_gradient && !outcomes[i].certificate.gradient_reliable ? 1 : 0;
   }
   if (evaluation.untrusted > 0) {
     Reject(evaluation);

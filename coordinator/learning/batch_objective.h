@@ -34,7 +34,7 @@ struct BatchEvaluation {
   int rollouts = 0;                // asked for this evaluation
   int successes = 0;               // trusted task rollouts that succeeded
   int untrusted = 0;               // rollouts that were not finite or not converged
-  int doubtful_gradients = 0;      // trusted rollouts whose certificate is not smooth (used all the same)
+  int doubtful_gradients = 0;      // trusted rollouts whose gradient is not reliable (used all the same)
 };
 
 class BatchObjective {

@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -42,12 +43,15 @@ struct RolloutRow {
   std::string worker;
   int attempt = 1;  // the lease that was answered, from 1
   double loss = 0.0;
-  bool success = false, converged = false;
-  double forward_s = 0.0, gradient_s = 0.0;  // the worker's own wall times
+  bool success = false, converged = false, gradient_reliable = false;
+  double loss_error =
+      std::numeric_limits<double>::quiet_NaN();  // what time steps and rounding do to it; NaN: not known
+  double forward_s = 0.0, gradient_s = 0.0;      // the worker's own wall times
 };
 
 // rollouts.csv: one row a rollout result. Columns as the members above, in the order id, kind, variation, worker,
-// attempt, loss, success, converged, time_s, forward_s, gradient_s.
+// attempt, loss, success, converged, gradient_reliable, loss_error, time_s, forward_s, gradient_s; loss_error is empty
+// where it is not known.
 class RolloutLog {
  public:
   explicit RolloutLog(const std::filesystem::path& path);

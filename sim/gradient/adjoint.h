@@ -1,23 +1,24 @@
 // The exact derivative of the discrete trajectory, in one sweep from its end to its start.
 //
-// With lambda = J⁻ᵀ g the multiplier of the step into state k, g collecting all that depends on its increment xi_k, the
-// step's equation r(pose_k, v_k, vdot_k, parameters) = 0 hands cotangents on to earlier states and to the parameters:
+// One factorisation and one pull-back a solve (solve_pull_back.h), whatever the number of parameters. Parameters are
+// the numbers that the tree is made of (dynamics.h: ParameterCotangents) save the ends of joint limits, gains of
+// actuators and prescribed motions; mesh vertices in contact; points of grips; controls; the initial state. A placement
+// moves the contacts of all it carries, those of bodies without freedom included. Where an interval of controls u
+// begins and a feedback law has set them, u's cotangent is whole by then, and the law adds its share to bar_pose and
+// bar_v of that state before the solve into it is pulled back.
 //
-//   g = bar_xi_k + Jrᵀ bar_pose_k + c_v bar_v_k           pose_k = Exp(−xi) pose_{k−1} + Jr xi   (tangents)
-//   (p, w, a) = ∂(lambdaᵀ r)/∂(pose, v, vdot)
-//   bar_pose_{k−1} += Exp(xi)(bar_pose_k − p)             bar_xi_{k−1} −= alpha c_v (bar_v_k − w − g0 a)
-//   bar_v_{k−1} −= g1 a,   bar_v_{k−2} −= g2 a            bar_wrench = + W(lambda)
-//   bar_bristle_{k−1} = ∂(bar_bristle_k · bristle_k + W · f_ext)/∂bristle_{k−1}, and bristle_k's part of state k joins
-//   bar_pose_k and bar_v_k before g is formed
-//   bar_parameter −= ∂(lambdaᵀ r)/∂parameter, beside what the loss itself sees of it
+// Where steps have chosen lengths, what is differentiated besides is where the time grid's nodes lie. At fixed nodes a
+// design that lets a body touch down earlier also changes at which phase of a step it does, and the error of the step
+// with it: a small part of the loss, but its slope is multiplied by the number of steps. So the nodes follow: those
+// from the start of the step in which a body touches down (touchdown.h) to the next such step move with the touchdown's
+// time tau. With T_m the nodes and a_m = dJ/dh of the step to node m (solve_pull_back.h), s = dJ/dt of a state's time
+// alone,
 //
-// Where an interval of controls u begins and a feedback law has set them, u's cotangent is whole by then, and the law
-// adds its share to bar_pose and bar_v of that state before g is formed.
+//   G_m = dJ/dT_m = a_m + s_m + gamma s_stage,m − a_{m+1} + (1 − gamma) s_stage,m+1
+//   S = Σ G_m,    bar_y += S ∂tau/∂y,   bar_parameter += S ∂tau/∂parameter        y the state at the first of them
 //
-// One factorisation and one pull-back a step, whatever the number of parameters. Parameters are the numbers that the
-// tree is made of (dynamics.h: ParameterCotangents) save the ends of joint limits, gains of actuators and prescribed
-// motions; mesh vertices in contact; points of grips; controls; the initial state. A placement moves the contacts of
-// all it carries, those of bodies without freedom included.
+// where tau is seen from y as it was before it moved: the solves into y are pulled back once more with these cotangents
+// alone. Nodes that cannot move are left out: the last one, those that a loss looks at, those where forces jump.
 #pragma once
 
 #include <Eigen/Dense>
@@ -30,14 +31,19 @@
 
 namespace knap {
 
+enum class TimeNodes { kFrozen, kFollowing };
+
 struct TrajectoryGradient {
   bool finite = true;
   bool solvable = true;  // every step's matrix could be factored
+  int touchdowns = 0;    // that nodes followed
   // How far rounding moves the loss, to first order: every step's residual is off by what Newton left and by one unit
   // of rounding of its terms, every pose by eps · (1 m or 1 rad); the cotangents say what each is worth, and
   // independent errors add in quadrature. In the loss's unit.
   //   rounding² = Σ_k (lambda_k·r_k)² + eps² Σ_rows (lambda magnitude)² + eps² |bar_pose_k|²
   double loss_rounding = 0.0;
+  // J_exact − J, as far as the time steps are to blame (loss_error.h); not a number for fixed steps.
+  double loss_error = 0.0;
   Eigen::VectorXd pose0;  // of the initial pose, tangent [per m, per rad]
   Eigen::VectorXd v0;     // of the initial rates
   std::vector<BodyParameterCotangent> bodies;
@@ -50,6 +56,7 @@ struct TrajectoryGradient {
 // `cotangents` sorted by state, ascending. The trajectory must have converged. `feedback`: the law that took part in
 // it, or null; what the sweep finds on its controls goes to the law's parameters and on into the states (feedback.h).
 TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<StateCotangent>& cotangents,
-                                Dynamics* dynamics, ContactModel* contacts, Feedback* feedback = nullptr);
+                                Dynamics* dynamics, ContactModel* contacts, Feedback* feedback = nullptr,
+                                TimeNodes nodes = TimeNodes::kFollowing);
 
 }  // namespace knap

@@ -1,9 +1,10 @@
 // The acceleration at the next state, extrapolated from those at the last ones: where Newton starts a step.
 //
-// With backward differences ∇⁰a_k = a_k, ∇ʲ⁺¹a_k = ∇ʲa_k − ∇ʲa_{k−1}, the polynomial through the last d + 1
-// accelerations leads to Σ_{j≤d} ∇ʲa_k, and ∇ᵈ⁺¹a_k is what the same polynomial a state earlier missed a_k by. The
-// degree d ≤ kMaxDegree is the one whose miss was clearly least, all rates together: high where motion is smooth, 0
-// after a jolt. A guess only changes how many iterations a step takes.
+// With divided differences a[k] = a_k, a[k…k−j] = (a[k…k−j+1] − a[k−1…k−j])/(t_k − t_{k−j}), the polynomial through the
+// last d + 1 accelerations is Σ_{j≤d} a[k…k−j] Π_{i<j} (t − t_{k−i}), and the term of degree d + 1 at t_k, Newton's
+// nodes moved on by one, is what the same polynomial a state earlier missed a_k by. The degree d ≤ kMaxDegree is the
+// one whose miss was clearly least, all rates together: high where motion is smooth, 0 after a jolt. A guess only
+// changes how many iterations a step takes.
 #pragma once
 
 #include <Eigen/Dense>
@@ -23,17 +24,18 @@ class AccelerationPredictor {
 
   void Clear() { count_ = 0; }
 
-  // The acceleration at a new state that a step of length h led to. Only equal steps add up.
-  void Push(double h, const Eigen::VectorXd& a);
+  // The acceleration at a state later than the last one.
+  void Push(double time, const Eigen::VectorXd& a);
 
   // Zero before the first Push.
-  void Predict(double h, Eigen::VectorXd* a) const;
+  void Predict(double time, Eigen::VectorXd* a) const;
 
  private:
-  std::array<Eigen::VectorXd, kMaxDegree + 2> differences_;  // ∇ʲ of the last acceleration, count_ of them valid
-  Eigen::VectorXd carry_, before_;                           // scratch
+  static constexpr int kNodes = kMaxDegree + 2;
+  std::array<Eigen::VectorXd, kNodes> differences_;  // a[k…k−j], count_ of them valid
+  std::array<double, kNodes> times_{};               // t_{k−j}
+  Eigen::VectorXd carry_, before_;                   // scratch
   int count_ = 0;
-  double h_ = 0.0;
 };
 
 }  // namespace knap

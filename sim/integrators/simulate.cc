@@ -10,15 +10,12 @@ namespace knap {
 
 using Eigen::VectorXd;
 
-void CalcRates(const BdfCoefficients& c, const Eigen::Ref<const VectorXd>& xi,
-               const Eigen::Ref<const VectorXd>& xi_previous, const Eigen::Ref<const VectorXd>& v_now,
-               const Eigen::Ref<const VectorXd>& v_before, VectorXd* v, VectorXd* vdot) {
-  *v = c.c_v * (xi - c.alpha * xi_previous);
-  *vdot = c.g0 * *v + c.g1 * v_now + c.g2 * v_before;
-}
-
 Simulator::Simulator(Dynamics* dynamics, ContactModel* contacts)
-    : dynamics_(dynamics), contacts_(contacts), predictor_(dynamics->tree().nv()) {
+    : dynamics_(dynamics),
+      contacts_(contacts),
+      control_(dynamics->tree(), contacts->contacts()),
+      predictor_(dynamics->tree().nv()),
+      saved_predictor_(dynamics->tree().nv()) {
   const Tree& tree = dynamics->tree();
   q_.setZero(tree.nq());
   for (VectorXd* x : {&v_, &xi_, &xi_trial_, &vdot_, &r_, &magnitude_, &scale_, &scale_now_, &dx_, &start_, &zero_}) {
@@ -45,12 +42,14 @@ Trajectory Simulator::Run(const VectorXd& q0, const VectorXd& v0, const Simulati
   trajectory.controls = controls;
   dynamics_->controls().setZero();
   trajectory.Reserve(options.steps + 1);
-  bristles_.Clear();
-  trajectory.Append(0.0, BdfCoefficients{}, q0, v0, zero_, zero_, bristles_);
+  bristles_next_.Clear();
+  trajectory.Append(0.0, StepFormula{}, q0, v0, zero_, zero_, bristles_next_);
   trajectory.state_of_step_.push_back(0);
   dynamics_->CalcKinematics(q0, v0, zero_, 0.0);
-  contacts_->BeginStep(0.0, bristles_);
+  contacts_->BeginStep(0.0, bristles_next_.bent);
   contacts_->AddWrenches(dynamics_);
+  trajectory.choice_.next = std::min(options.step, control_.CalcLongestStep(dynamics_->kinematics()));
+  trajectory.choice_.speed = control_.CalcSpeed(0.0, 0.0, v0);
   was_active_.assign(contacts_->contacts().size(), false);
   trajectory.last_touched_.assign(contacts_->contacts().size(), -std::numeric_limits<double>::infinity());
   NoteContacts(0.0, &trajectory);
@@ -74,20 +73,25 @@ Trajectory Simulator::Run(const VectorXd& q0, const VectorXd& v0, const Simulati
 bool Simulator::TakeSteps(int begin, int end, const SimulationOptions& options, Feedback* feedback,
                           Trajectory* trajectory) {
   const ControlSequence& controls = trajectory->controls;
+  ListJumps(options, controls);
   // Afresh with every block, so that one simulated again comes out the same. State 0 has no acceleration yet.
   predictor_.Clear();
   const int k = trajectory->size() - 1;
-  if (begin > 0) predictor_.Push(trajectory->coefficients(k).h, trajectory->vdot(k));
+  if (begin > 0) predictor_.Push(trajectory->time(k), trajectory->vdot(k));
   for (int n = begin; n < end; ++n) {
     const int states_before = trajectory->size();
     if (feedback != nullptr && n % controls.steps_per_interval == 0) {
       AskFeedback(n / controls.steps_per_interval, feedback, trajectory);
     }
     if (controls.values.size() > 0) dynamics_->controls() = controls.values.col(controls.IntervalOfStep(n));
-    // Times are multiples of the step, not sums, so that they do not drift.
-    const double time = n * options.step;
-    if (!Advance(time, options.step, 0, options, trajectory)) return false;
-    if (trajectory->size() > states_before + 1) ++trajectory->certificate.subdivided_steps;
+    if (options.tolerance > 0.0) {
+      const bool taken = options.nodes ? TakeGiven(n, options, trajectory) : TakeChosen(n, options, trajectory);
+      if (!taken) return false;
+    } else {
+      // Times are multiples of the step, not sums, so that they do not drift.
+      if (!TakeFixed(n * options.step, options.step, 0, options, trajectory)) return false;
+      if (trajectory->size() > states_before + 1) ++trajectory->certificate.subdivided_steps;
+    }
     trajectory->state_of_step_.push_back(trajectory->size() - 1);
     if (options.progress && n % 256 == 0) options.progress(n);
   }
@@ -109,8 +113,8 @@ Trajectory Simulator::Repeat(const Trajectory::Seed& seed, int first_step, const
   block.controls = controls;
   block.Reserve(kStepsPerBlock + 2);
   if (seed.v_before.size() > 0) block.Append(0.0, {}, seed.q, seed.v_before, zero_, zero_, {});
-  block.Append(seed.time, seed.coefficients, seed.q, seed.v, seed.xi, seed.vdot, seed.bristles);
-  bristles_ = seed.bristles;
+  block.Append(seed.time, seed.formula, seed.q, seed.v, seed.xi, seed.vdot, seed.bristles);
+  block.choice_ = seed.choice;
   was_active_.assign(contacts_->contacts().size(), false);
   block.last_touched_.assign(was_active_.size(), 0.0);
   TakeSteps(first_step, std::min(first_step + kStepsPerBlock, options.steps), options, nullptr, &block);
@@ -137,15 +141,24 @@ Trajectory::Replay Simulator::MakeReplay(const SimulationOptions& options) const
   };
 }
 
-bool Simulator::Advance(double time, double h, int depth, const SimulationOptions& options, Trajectory* trajectory) {
+bool Simulator::TakeFixed(double time, double h, int depth, const SimulationOptions& options, Trajectory* trajectory) {
   const int k = trajectory->size() - 1;
-  const bool second_order = options.order == 2 && depth == 0 && k > 0 && trajectory->coefficients(k).h == h;
-  const BdfCoefficients c = second_order ? BdfCoefficients::Bdf2(h) : BdfCoefficients::Bdf1(h);
-  if (SolveStep(time, c, options, trajectory)) return true;
+  const bool second_order = options.order == 2 && depth == 0 && k > 0 && trajectory->formula(k).h == h;
+  if (Solve(time + h, second_order ? StepFormula::Bdf2(h) : StepFormula::Bdf1(h), options, trajectory)) {
+    Accept(trajectory);
+    return true;
+  }
   if (depth == kMaxSubdivisions) return false;
   const double half = 0.5 * h;
-  return Advance(time, half, depth + 1, options, trajectory) &&
-         Advance(time + half, half, depth + 1, options, trajectory);
+  return TakeFixed(time, half, depth + 1, options, trajectory) &&
+         TakeFixed(time + half, half, depth + 1, options, trajectory);
+}
+
+void Simulator::Accept(Trajectory* trajectory) {
+  const double time = trajectory->time(trajectory->size() - 1);
+  ++trajectory->certificate.steps;
+  NoteContacts(time, trajectory);
+  if (observer) observer(time);
 }
 
 void Simulator::NoteContacts(double time, Trajectory* trajectory) {

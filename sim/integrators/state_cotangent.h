@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
 namespace knap {
 
@@ -12,6 +13,9 @@ struct StateCotangent {
   Eigen::Vector3d v_W = Eigen::Vector3d::Zero();  // of v_WBo_W
   Eigen::Vector3d r_W = Eigen::Vector3d::Zero();  // of the orientation: of dr where dR_WB = [dr]× R_WB
   Eigen::Vector3d w_W = Eigen::Vector3d::Zero();  // of w_WB_W
+  // Of the state's time, where whoever watches knows what another time would mean to him; without a value the time is
+  // his, and the state stays where it is.
+  std::optional<double> time{};
 };
 
 }  // namespace knap

@@ -17,7 +17,7 @@ constexpr int kLeastPresent = 3;  // blocks: a step looks at two, and one more m
 
 void Trajectory::Reserve(int states) {
   times_.reserve(states);
-  coefficients_.reserve(states);
+  formulas_.reserve(states);
   state_of_step_.reserve(states);
   Block& block = blocks_.back();
   const auto rows = static_cast<std::size_t>(std::min(states, kStepsPerBlock + 2));
@@ -26,24 +26,52 @@ void Trajectory::Reserve(int states) {
   block.bristle_start.reserve(rows + 1);
 }
 
-void Trajectory::Append(double time, const BdfCoefficients& c, const VectorXd& q, const VectorXd& v, const VectorXd& xi,
-                        const VectorXd& vdot, const Bristles& bristles) {
+void Trajectory::Append(double time, const StepFormula& formula, const VectorXd& q, const VectorXd& v,
+                        const VectorXd& xi, const VectorXd& vdot, const BristleState& bristles) {
   times_.push_back(time);
-  coefficients_.push_back(c);
+  formulas_.push_back(formula);
   Block& block = blocks_.back();
   block.end = size();
   block.q.insert(block.q.end(), q.data(), q.data() + nq_);
   block.v.insert(block.v.end(), v.data(), v.data() + nv_);
   block.xi.insert(block.xi.end(), xi.data(), xi.data() + nv_);
   block.vdot.insert(block.vdot.end(), vdot.data(), vdot.data() + nv_);
-  block.bristles.id.insert(block.bristles.id.end(), bristles.id.begin(), bristles.id.end());
-  block.bristles.z.insert(block.bristles.z.end(), bristles.z.begin(), bristles.z.end());
-  block.bristle_start.push_back(block.bristles.size());
+  Bristles& bent = block.bristles.bent;
+  bent.id.insert(bent.id.end(), bristles.bent.id.begin(), bristles.bent.id.end());
+  bent.z.insert(bent.z.end(), bristles.bent.z.begin(), bristles.bent.z.end());
+  block.bristles.rate.insert(block.bristles.rate.end(), bristles.rate.begin(), bristles.rate.end());
+  block.bristle_start.push_back(bent.size());
+}
+
+void Trajectory::CutBackTo(int size) {
+  times_.resize(size);
+  formulas_.resize(size);
+  Block& block = blocks_.back();
+  block.end = size;
+  const int rows = size - block.first;
+  block.q.resize(static_cast<std::size_t>(rows) * nq_);
+  for (std::vector<double>* numbers : {&block.v, &block.xi, &block.vdot}) {
+    numbers->resize(static_cast<std::size_t>(rows) * nv_);
+  }
+  block.bristle_start.resize(rows + 1);
+  block.bristles.bent.id.resize(block.bristle_start.back());
+  block.bristles.bent.z.resize(block.bristle_start.back());
+  block.bristles.rate.resize(block.bristle_start.back());
+}
+
+TimeNodeList Trajectory::ListNodes() const {
+  TimeNodeList nodes(whole_steps());
+  for (int n = 0; n < whole_steps(); ++n) {
+    for (int k = state_of_step(n) + 1; k <= state_of_step(n + 1); ++k) {
+      if (!formula(k).is_stage) nodes[n].push_back(time(k));
+    }
+  }
+  return nodes;
 }
 
 Trajectory::Seed Trajectory::MakeSeed() const {
   const int k = size() - 1;
-  Seed seed{time(k), coefficients(k), q(k), v(k), xi(k), vdot(k), VectorXd(), {}};
+  Seed seed{time(k), formula(k), q(k), v(k), xi(k), vdot(k), VectorXd(), {}, choice_};
   if (k > 0) seed.v_before = v(k - 1);
   GetBristles(k, &seed.bristles);
   return seed;
@@ -64,9 +92,9 @@ std::size_t Trajectory::CountBytes() const {
   std::size_t bristles = 0;
   for (const Block& block : blocks_) {
     numbers += block.q.capacity() + block.v.capacity() + block.xi.capacity() + block.vdot.capacity();
-    bristles += block.bristles.z.capacity();
+    bristles += block.bristles.rate.capacity();
   }
-  return numbers * sizeof(double) + bristles * (sizeof(Bristle) + sizeof(int));
+  return numbers * sizeof(double) + bristles * (2 * sizeof(Bristle) + sizeof(int));
 }
 
 bool Trajectory::OutgrowsMemory() const { return CountBytes() > memory_; }
@@ -119,8 +147,10 @@ void Trajectory::Restore(Block* block) const {
       numbers->erase(numbers->begin(), numbers->begin() + skip * nv_);
     }
     const int seeded = record.bristle_start[skip];
-    record.bristles.id.erase(record.bristles.id.begin(), record.bristles.id.begin() + seeded);
-    record.bristles.z.erase(record.bristles.z.begin(), record.bristles.z.begin() + seeded);
+    BristleState& bristles = record.bristles;
+    bristles.bent.id.erase(bristles.bent.id.begin(), bristles.bent.id.begin() + seeded);
+    bristles.bent.z.erase(bristles.bent.z.begin(), bristles.bent.z.begin() + seeded);
+    bristles.rate.erase(bristles.rate.begin(), bristles.rate.begin() + seeded);
     record.bristle_start.erase(record.bristle_start.begin(), record.bristle_start.begin() + skip);
     for (int& start : record.bristle_start) start -= seeded;
   }
@@ -137,12 +167,14 @@ void Trajectory::Restore(Block* block) const {
   }
 }
 
-void Trajectory::GetBristles(int k, Bristles* out) const {
+void Trajectory::GetBristles(int k, BristleState* out) const {
   const Block& block = GetBlock(k);
   const int begin = block.bristle_start[k - block.first];
   const int end = block.bristle_start[k - block.first + 1];
-  out->id.assign(block.bristles.id.begin() + begin, block.bristles.id.begin() + end);
-  out->z.assign(block.bristles.z.begin() + begin, block.bristles.z.begin() + end);
+  const BristleState& all = block.bristles;
+  out->bent.id.assign(all.bent.id.begin() + begin, all.bent.id.begin() + end);
+  out->bent.z.assign(all.bent.z.begin() + begin, all.bent.z.begin() + end);
+  out->rate.assign(all.rate.begin() + begin, all.rate.begin() + end);
 }
 
 }  // namespace knap

@@ -12,8 +12,10 @@
 #include <vector>
 
 #include "sim/contact/contact_model.h"
-#include "sim/integrators/bdf.h"
+#include "sim/integrators/bristle_history.h"
 #include "sim/integrators/control_sequence.h"
+#include "sim/integrators/step_control.h"
+#include "sim/integrators/step_formula.h"
 
 namespace knap {
 
@@ -23,22 +25,28 @@ struct SimulationCertificate {
   bool converged = true;
   bool finite = true;
   double worst_residual = 0.0;  // largest accepted scaled residual
-  int subdivided_steps = 0;     // whole steps that had to be cut
+  int steps = 0;                // accepted
+  int subdivided_steps = 0;     // whole steps of fixed length that had to be cut
+  int rejected_steps = 0;       // of chosen length: begun again with a smaller one
   int contact_onsets = 0;       // times that some contact began
   long newton_iterations = 0;
 };
 
-// States 0…K and the records that lead from each to the next; substeps are states too. Views of a state hold until
-// states of three other blocks have been looked at.
+// For every whole step, the times at which the steps within it end [s].
+using TimeNodeList = std::vector<std::vector<double>>;
+
+// States 0…K and the records that lead from each to the next; substeps and stages within a step are states too. Views
+// of a state hold until states of three other blocks have been looked at.
 class Trajectory {
  public:
   // What a step to the state after this one depends on.
   struct Seed {
     double time = 0.0;
-    BdfCoefficients coefficients;
+    StepFormula formula;
     Eigen::VectorXd q, v, xi, vdot;
     Eigen::VectorXd v_before;  // of the state before; empty for state 0
-    Bristles bristles;
+    BristleState bristles;
+    StepChoice choice;
   };
   // The states that a block's whole steps lead to from the seed under the controls, behind the seed's own one or two.
   using Replay = std::function<Trajectory(const Seed& seed, int first_step, const ControlSequence& controls)>;
@@ -49,15 +57,16 @@ class Trajectory {
   double time(int k) const { return times_[k]; }
   Eigen::Map<const Eigen::VectorXd> q(int k) const { return View(&Block::q, k, nq_); }
   Eigen::Map<const Eigen::VectorXd> v(int k) const { return View(&Block::v, k, nv_); }
-  // xi(k), vdot(k) and coefficients(k) belong to the step from k−1 to k; zero for k = 0.
+  // xi(k), vdot(k) and formula(k) belong to the solve from k−1 to k; zero for k = 0.
   Eigen::Map<const Eigen::VectorXd> xi(int k) const { return View(&Block::xi, k, nv_); }
   Eigen::Map<const Eigen::VectorXd> vdot(int k) const { return View(&Block::vdot, k, nv_); }
   // The bristles of the contacts at state k.
-  void GetBristles(int k, Bristles* out) const;
-  const BdfCoefficients& coefficients(int k) const { return coefficients_[k]; }
+  void GetBristles(int k, BristleState* out) const;
+  const StepFormula& formula(int k) const { return formulas_[k]; }
   // The state at the end of whole step n (0: the start), n ≤ whole_steps().
   int state_of_step(int n) const { return state_of_step_[n]; }
   int whole_steps() const { return static_cast<int>(state_of_step_.size()) - 1; }
+  TimeNodeList ListNodes() const;
   // When each contact was last active [s]; minus infinity where it never was.
   const std::vector<double>& last_touched() const { return last_touched_; }
   // Blocks that were simulated again so far.
@@ -75,13 +84,15 @@ class Trajectory {
     mutable long used = 0;
     Seed seed;  // of all but the first block
     std::vector<double> q, v, xi, vdot;
-    Bristles bristles;  // of all states, one after the other
+    BristleState bristles;  // of all states, one after the other
     std::vector<int> bristle_start{0};
   };
 
   void Reserve(int states);
-  void Append(double time, const BdfCoefficients& c, const Eigen::VectorXd& q, const Eigen::VectorXd& v,
-              const Eigen::VectorXd& xi, const Eigen::VectorXd& vdot, const Bristles& bristles);
+  void Append(double time, const StepFormula& formula, const Eigen::VectorXd& q, const Eigen::VectorXd& v,
+              const Eigen::VectorXd& xi, const Eigen::VectorXd& vdot, const BristleState& bristles);
+  // The last states, which belong to one block, so that `size` are left.
+  void CutBackTo(int size);
   Seed MakeSeed() const;  // of the last state
   // What is appended from here on belongs to whole steps of a new block.
   void BeginBlock();
@@ -98,9 +109,10 @@ class Trajectory {
   int nq_;
   int nv_;
   std::vector<double> times_;
-  std::vector<BdfCoefficients> coefficients_;
+  std::vector<StepFormula> formulas_;
   std::vector<int> state_of_step_;
   std::vector<double> last_touched_;
+  StepChoice choice_;  // for what follows the last state
   mutable std::vector<Block> blocks_;
   mutable std::size_t recent_ = 0;  // block
   mutable long clock_ = 0;

@@ -94,6 +94,7 @@ struct ParameterCotangents {
       : bodies(tree.size()), controls(Eigen::VectorXd::Zero(tree.num_controls())) {}
   std::vector<BodyParameterCotangent> bodies;
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
+  double time = 0.0;  // through prescribed motions
   Eigen::VectorXd controls;
 };
 

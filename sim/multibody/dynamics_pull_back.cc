@@ -74,6 +74,10 @@ void Dynamics::PullBackTree(const VectorXd* lambda, std::vector<BodyCotangent>* 
       out->vdot(row) = S_[i].col(k).dot(bar.A);
     }
     if (parameters != nullptr) {
+      if (body.joint == JointType::kPrescribed) {
+        const PrescribedState& state = prescribed_[i];
+        parameters->time += bar_shift.dot(state.V) + bar_rate.dot(state.A) + bar.A.dot(state.jerk);
+      }
       BodyParameterCotangent& p = parameters->bodies[i];
       p.placement += ShiftWrench(kin.X_FB, bar_shift);
       if (dof_[i] == 1) {

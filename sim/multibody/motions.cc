@@ -12,20 +12,22 @@ struct Share {
   double s = 0.0;
   double rate = 0.0;          // [1/s]
   double acceleration = 0.0;  // [1/s²]
+  double jerk = 0.0;          // [1/s³]
 };
 
 Share CalcShare(const MotionPiece& piece, double time) {
   const double T = piece.duration;
   const double r = piece.ramp;
-  if (time >= T) return {1.0, 0.0, 0.0};
+  if (time >= T) return {1.0, 0.0, 0.0, 0.0};
   if (time > T - r) {
     const Share left = CalcShare(piece, T - time);
-    return {1.0 - left.s, left.rate, -left.acceleration};
+    return {1.0 - left.s, left.rate, -left.acceleration, left.jerk};
   }
   const double full = 1.0 / (T - r);
-  if (time >= r) return {full * (time - 0.5 * r), full, 0.0};
+  if (time >= r) return {full * (time - 0.5 * r), full, 0.0, 0.0};
   const double x = time / r;
-  return {full * r * x * x * x * (1.0 - 0.5 * x), full * x * x * (3.0 - 2.0 * x), full / r * 6.0 * x * (1.0 - x)};
+  return {full * r * x * x * x * (1.0 - 0.5 * x), full * x * x * (3.0 - 2.0 * x), full / r * 6.0 * x * (1.0 - x),
+          full / (r * r) * 6.0 * (1.0 - 2.0 * x)};
 }
 
 }  // namespace
@@ -41,6 +43,9 @@ PrescribedState CalcZigzag(const Zigzag& motion, double time) {
   state.X_FB.p.x() = scale * std::asin(k * s);
   state.V(3) = scale * k * omega * c / root;
   state.A(3) = scale * k * omega * omega * s * (k * k * c * c / (root * root) - 1.0) / root;
+  const double root2 = root * root;
+  state.jerk(3) =
+      -scale * k * (1.0 - k * k) * omega * omega * omega * c * (1.0 + 2.0 * k * k * s * s) / (root2 * root2 * root);
   const bool moving = motion.forward_speed * time < motion.stop_at;
   state.X_FB.p.y() = moving ? motion.forward_speed * time : motion.stop_at;
   state.V(4) = moving ? motion.forward_speed : 0.0;
@@ -56,6 +61,7 @@ PrescribedState CalcConstantVelocity(const Eigen::Vector3d& velocity_F, const Ei
   state.V.head<3>() = angular_velocity_F;  // its own axis: the same in F and B
   state.V.tail<3>() = v_B;
   state.A.tail<3>() = -angular_velocity_F.cross(v_B);  // the components in B turn under the constant vector
+  state.jerk.tail<3>() = -angular_velocity_F.cross(state.A.tail<3>());
   return state;
 }
 
@@ -74,7 +80,12 @@ PrescribedState CalcPieces(const std::vector<MotionPiece>& pieces, double time) 
     state.V.head<3>() = share.rate * w_B;
     state.V.tail<3>() = share.rate * v_B;
     state.A.head<3>() = share.acceleration * w_B;
-    state.A.tail<3>() = share.acceleration * v_B - share.rate * share.rate * w_B.cross(v_B);
+    const Eigen::Vector3d turned_v = w_B.cross(v_B);
+    const double rate2 = share.rate * share.rate;
+    state.A.tail<3>() = share.acceleration * v_B - rate2 * turned_v;
+    state.jerk.head<3>() = share.jerk * w_B;
+    state.jerk.tail<3>() =
+        share.jerk * v_B - 3.0 * share.rate * share.acceleration * turned_v + rate2 * share.rate * w_B.cross(turned_v);
     begin += piece.duration;
   }
   return state;

@@ -30,8 +30,9 @@ enum class JointType { kFixed, kPrescribed, kRevolute, kPrismatic, kTranslation,
 // The motion of a prescribed joint at one time, in its moving frame.
 struct PrescribedState {
   Pose X_FB;
-  Vector6d V = Vector6d::Zero();  // twist of B in F, expressed in B
-  Vector6d A = Vector6d::Zero();  // time derivative of V's components
+  Vector6d V = Vector6d::Zero();     // twist of B in F, expressed in B
+  Vector6d A = Vector6d::Zero();     // time derivative of V's components
+  Vector6d jerk = Vector6d::Zero();  // and of A's
 };
 using PrescribedMotion = std::function<PrescribedState(double time)>;
 

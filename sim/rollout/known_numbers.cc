@@ -51,7 +51,7 @@ design:
         - {parameter: slant, group: right, direction: [0, 1, 0]}
 variation:
   - {key: "bodies.pea.initial.position[0]", distribution: uniform, lower: -5 mm, upper: 5 mm}
-rollout: {horizon: 240 ms, step: 4 ms, integrator: bdf2, newton_tolerance: 1e-13, newton_max_iterations: 30}
+rollout: {horizon: 240 ms, newton_tolerance: 1e-13, newton_max_iterations: 30}
 loss:
   task:
     - {type: crossing, body: pea, axis: y, at: 14 mm, opening_axis: x, opening_half_width: 0.1 mm, weight: 1,

@@ -100,12 +100,16 @@ double EvaluateCrossingLoss(const CrossingLoss& loss, const BodyPath& path, std:
       const double bar_y = -bar_x * crossing->dx_ds / crossing->dy_ds;
       StateCotangent begin{k, path.body, Vector3d::Zero(), Vector3d::Zero()};
       StateCotangent end{k + 1, path.body, Vector3d::Zero(), Vector3d::Zero()};
+      double bar_h = 0.0;
       for (const auto& [axis, bar] : {std::pair{x, bar_x}, std::pair{y, bar_y}}) {
         begin.p_W(axis) += bar * w.h00;
         begin.v_W(axis) += bar * w.h10 * h;
         end.p_W(axis) += bar * w.h01;
         end.v_W(axis) += bar * w.h11 * h;
+        bar_h += bar * (w.h10 * path.v_W[k](axis) + w.h11 * path.v_W[k + 1](axis));
       }
+      begin.time = -bar_h;
+      end.time = bar_h;
       out->push_back(begin);
       out->push_back(end);
     }

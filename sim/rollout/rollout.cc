@@ -22,12 +22,15 @@ namespace {
 
 constexpr std::size_t kCachedShapes = 4;
 constexpr std::size_t kCachedReferences = 64;
+// Touchdowns after which the time nodes are suspect: what follows one or two is exact.
+constexpr int kLeastCascade = 3;
 
 SimulationOptions MakeOptions(const Rollout& rollout) {
   SimulationOptions options;
   options.step = rollout.step;
   options.steps = static_cast<int>(std::llround(rollout.horizon / rollout.step));
-  options.order = rollout.integrator == Integrator::kBdf2 ? 2 : 1;
+  options.order = rollout.integrator == Integrator::kBdf1 ? 1 : 2;
+  if (rollout.integrator == Integrator::kTrBdf2) options.tolerance = rollout.tolerance;
   options.newton_tolerance = rollout.newton_tolerance;
   options.newton_max_iterations = static_cast<int>(rollout.newton_max_iterations);
   return options;
@@ -56,7 +59,7 @@ std::shared_ptr<const DesignedShapes> RolloutModel::GetShapes(const VectorXd& th
 
 RolloutModel::Simulated RolloutModel::Simulate(const VectorXd& theta, const VectorXd& controls,
                                                const std::vector<double>& variation,
-                                               const std::function<void(int)>& progress) {
+                                               const std::function<void(int)>& progress, bool finer) {
   Simulated s;
   s.scene = Scene(scene_);  // of a copied variant GCC 12 warns that it is uninitialized; not of a moved one
   ApplyVariation(s.scene, variation);
@@ -74,6 +77,7 @@ RolloutModel::Simulated RolloutModel::Simulate(const VectorXd& theta, const Vect
   s.contacts = std::make_unique<ContactModel>(s.model.contacts, s.model.grips);
   SimulationOptions options = MakeOptions(s.scene.rollout);
   options.progress = progress;
+  if (finer) options.tolerance *= 0.25;
   s.trajectory = std::make_unique<Trajectory>(
       Simulator(s.dynamics.get(), s.contacts.get())
           .Run(s.model.q0, s.model.v0, options, MakeControlSequence(s.scene, s.model, s.commands), s.policy.get()));
@@ -192,50 +196,100 @@ bool RolloutModel::TestSuccess(const Simulated& s) const {
                     *s.scene.success);
 }
 
-void RolloutModel::AddGradient(const VectorXd& controls, const Simulated& s, Cotangents* bar,
-                               RolloutOutput* out) const {
+double RolloutModel::Evaluate(const Simulated& s, const Reference* reference, Cotangents* bar) const {
+  bar->commands.setZero(s.commands.rows(), s.commands.cols());
+  if (s.policy) bar->policy_commands.setZero(s.policy->commands().rows(), s.policy->commands().cols());
+  const double loss = reference != nullptr ? EvaluateDistillation(s, *reference, bar) : EvaluateTask(s, bar);
   std::stable_sort(bar->states.begin(), bar->states.end(),
                    [](const StateCotangent& a, const StateCotangent& b) { return a.state < b.state; });
-  out->gradient = VectorXd::Zero(num_parameters());
+  return loss;
+}
+
+RolloutModel::Gradient RolloutModel::CalcGradient(const VectorXd& controls, const Simulated& s, Cotangents bar,
+                                                  TimeNodes nodes) const {
+  Gradient out;
+  out.design = VectorXd::Zero(num_parameters());
   const Eigen::Index open_loop = CountControls(s.scene);
   // What a loss sees of a policy's commands goes back into the states too.
-  const bool swept = !bar->states.empty() || s.policy != nullptr;
-  if (swept) {
-    if (s.policy) s.policy->BeginSweep(bar->policy_commands);
+  if (!bar.states.empty() || s.policy != nullptr) {
+    if (s.policy) s.policy->BeginSweep(bar.policy_commands);
     const TrajectoryGradient gradient =
-        SweepAdjoint(*s.trajectory, bar->states, s.dynamics.get(), s.contacts.get(), s.policy.get());
+        SweepAdjoint(*s.trajectory, bar.states, s.dynamics.get(), s.contacts.get(), s.policy.get(), nodes);
     if (s.policy) {
       const std::vector<PointCotangent> observed = ListObservedPoints(*s.scene.policy, s.policy->bar_points());
-      bar->points.insert(bar->points.end(), observed.begin(), observed.end());
-      out->certificate.finite = out->certificate.finite && s.policy->bar_weights().allFinite();
+      bar.points.insert(bar.points.end(), observed.begin(), observed.end());
+      out.finite = s.policy->bar_weights().allFinite();
     }
-    out->loss_rounding = gradient.loss_rounding;
-    out->certificate.finite = out->certificate.finite && gradient.finite;
-    out->certificate.converged = out->certificate.converged && gradient.solvable;
-    if (design_) out->gradient = design_->PullBack(s.scene, *s.shapes, s.model, gradient, bar->points);
-    if (s.scene.controls) bar->commands += PullBackControlSequence(s.scene, s.model, gradient.controls);
+    out.touchdowns = gradient.touchdowns;
+    out.loss_rounding = gradient.loss_rounding;
+    out.loss_error = gradient.loss_error;
+    out.finite = out.finite && gradient.finite;
+    out.solvable = gradient.solvable;
+    if (design_) out.design = design_->PullBack(s.scene, *s.shapes, s.model, gradient, bar.points);
+    if (s.scene.controls) bar.commands += PullBackControlSequence(s.scene, s.model, gradient.controls);
   }
-  out->control_gradient.resize(num_controls());
+  out.controls.resize(num_controls());
   if (s.scene.controls) {
-    out->control_gradient.head(open_loop) =
-        PullBackCommands(*s.scene.controls, controls.head(open_loop), bar->commands);
+    out.controls.head(open_loop) = PullBackCommands(*s.scene.controls, controls.head(open_loop), bar.commands);
   }
-  if (s.policy) out->control_gradient.tail(CountWeights(s.scene)) = s.policy->bar_weights();
-  if (!swept) return;
-  // A gradient of zero is one that nothing contests: what the tool never touched.
-  double g = 0.0;
-  if (design_) g = (out->gradient.array() * design_->ranges().array()).abs().maxCoeff();
-  if (s.scene.controls) {
-    const double range = s.scene.controls->upper - s.scene.controls->lower;
-    g = std::max(g, range * out->control_gradient.head(open_loop).lpNorm<Eigen::Infinity>());
+  if (s.policy) out.controls.tail(CountWeights(s.scene)) = s.policy->bar_weights();
+  return out;
+}
+
+VectorXd RolloutModel::Normalize(const Scene& scene, const Gradient& gradient) const {
+  VectorXd g(num_parameters() + num_controls());
+  if (design_) g.head(num_parameters()) = gradient.design.cwiseProduct(design_->ranges());
+  const Eigen::Index open_loop = CountControls(scene);
+  if (scene.controls) {
+    g.segment(num_parameters(), open_loop) =
+        (scene.controls->upper - scene.controls->lower) * gradient.controls.head(open_loop);
   }
-  if (s.policy) {
-    const double range = s.scene.policy->upper - s.scene.policy->lower;
-    g = std::max(g, range * s.policy->bar_weights().lpNorm<Eigen::Infinity>());
+  if (scene.policy) {
+    const Eigen::Index weights = CountWeights(scene);
+    g.tail(weights) = (scene.policy->upper - scene.policy->lower) * gradient.controls.tail(weights);
   }
+  return g;
+}
+
+void RolloutModel::AddGradient(const RolloutInput& input, const Simulated& s, const Reference* reference,
+                               const Cotangents& bar, RolloutOutput* out) {
   const GradientDemand& demand = s.scene.gradient;
-  out->smooth =
-      g == 0.0 || (out->certificate.subdivided_steps == 0 && out->loss_rounding <= demand.step * demand.tolerance * g);
+  const bool chosen_steps = s.scene.rollout.integrator == Integrator::kTrBdf2;
+  VectorXd frozen;
+  const bool compares_frozen = chosen_steps && out->certificate.contact_onsets > 0;
+  if (compares_frozen) frozen = Normalize(s.scene, CalcGradient(input.controls, s, bar, TimeNodes::kFrozen));
+  const Gradient gradient = CalcGradient(input.controls, s, bar, TimeNodes::kFollowing);
+  out->gradient = gradient.design;
+  out->control_gradient = gradient.controls;
+  out->loss_rounding = gradient.loss_rounding;
+  out->loss_error = std::abs(gradient.loss_error) + gradient.loss_rounding;
+  out->certificate.finite = out->certificate.finite && gradient.finite;
+  out->certificate.converged = out->certificate.converged && gradient.solvable;
+  const VectorXd g = Normalize(s.scene, gradient);
+  const double size = g.norm();
+  // A gradient of zero is one that nothing contests: what the tool never touched.
+  if (size == 0.0 && (frozen.size() == 0 || frozen.isZero(0.0))) return;
+  const auto doubt = [out](const char* reason) {
+    out->gradient_reliable = false;
+    out->doubts.emplace_back(reason);
+  };
+  if (out->certificate.subdivided_steps > 0) doubt("cut steps");
+  const double largest = g.lpNorm<Eigen::Infinity>();
+  // Where steps are chosen, the loss is known to no more than loss_error, and rounding is lost in that.
+  if (!chosen_steps && out->loss_rounding > demand.step * demand.tolerance * largest) doubt("rounding");
+  if (chosen_steps && !(out->loss_error <= demand.loss_error * largest)) doubt("time steps");
+  if (compares_frozen) out->touchdown_share = (g - frozen).norm() / size;
+  if (gradient.touchdowns >= kLeastCascade && out->touchdown_share > demand.touchdown) doubt("touchdowns");
+  if (demand.compare != GradientComparison::kFiner || !chosen_steps) return;
+  const Simulated finer = Simulate(input.theta, input.controls, input.variation, {}, true);
+  Cotangents bar_finer;
+  out->gradient_change = std::numeric_limits<double>::infinity();
+  if (finer.trajectory->certificate.converged) {
+    Evaluate(finer, reference, &bar_finer);
+    const Gradient other = CalcGradient(input.controls, finer, bar_finer, TimeNodes::kFollowing);
+    out->gradient_change = (g - Normalize(finer.scene, other)).norm() / size;
+  }
+  if (!(out->gradient_change <= demand.change)) doubt("tolerance");
 }
 
 RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<void(int, int)>& progress) {
@@ -248,7 +302,7 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
                                progress ? [&](int done) { progress(done, total); } : std::function<void(int)>());
   RolloutOutput out;
   out.certificate = s.trajectory->certificate;
-  out.steps = s.trajectory->whole_steps();
+  out.steps = s.trajectory->certificate.steps;
   if (distill && reference->paths.size() != s.scene.loss.distillation.size()) out.certificate.converged = false;
   if (!out.certificate.converged) {
     out.loss = std::numeric_limits<double>::quiet_NaN();
@@ -258,14 +312,12 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
     return out;
   }
   Cotangents bar;
-  bar.commands.setZero(s.commands.rows(), s.commands.cols());
-  if (s.policy) bar.policy_commands.setZero(s.policy->commands().rows(), s.policy->commands().cols());
-  out.loss = distill ? EvaluateDistillation(s, *reference, &bar) : EvaluateTask(s, &bar);
+  out.loss = Evaluate(s, reference, &bar);
   out.success = s.scene.success && TestSuccess(s);
   out.certificate.finite = std::isfinite(out.loss);
   const double middle = clock ? clock() : 0.0;
   forward_s = middle - start;
-  if (input.want_gradient) AddGradient(input.controls, s, &bar, &out);
+  if (input.want_gradient) AddGradient(input, s, reference, bar, &out);
   gradient_s = clock ? clock() - middle : 0.0;
   return out;
 }

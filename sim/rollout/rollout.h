@@ -6,6 +6,7 @@
 
 #include <Eigen/Dense>
 #include <functional>
+#include <limits>
 #include <list>
 #include <map>
 #include <memory>
@@ -13,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/gradient/adjoint.h"
 #include "sim/rollout/build_model.h"
 #include "sim/rollout/build_policy.h"
 #include "sim/rollout/control_commands.h"
@@ -39,11 +41,18 @@ struct RolloutOutput {
   Eigen::VectorXd control_gradient;  // num_controls(), or empty
   SimulationCertificate certificate;
   double loss_rounding = 0.0;  // what rounding does to the loss, estimated (adjoint.h); 0 without a gradient
-  // No step was cut (whether one is may hang on the parameters, and the loss jumps there), and loss_rounding ≤
-  // gradient.step · gradient.tolerance · ‖g‖∞, g of all that is asked for, in range-normalised parameters. Otherwise
-  // neither differences nor an optimizer can tell this gradient from another. See docs/method.md.
-  bool smooth = true;
-  int steps = 0;  // whole steps simulated
+  // What the time steps, Newton and rounding do to the loss, estimated (loss_error.h): not a number for fixed steps,
+  // of which nothing is known, and without a gradient.
+  double loss_error = std::numeric_limits<double>::quiet_NaN();
+  // In range-normalised parameters, shares of ‖g‖: by how much the gradient differs from that at frozen time nodes, and
+  // from that at a quarter of the tolerance (0 where nobody asked for it: gradient.compare).
+  double touchdown_share = 0.0;
+  double gradient_change = 0.0;
+  // Whether the gradient is that of the problem, as far as this rollout can tell: no entry in `doubts`. See
+  // docs/method.md.
+  bool gradient_reliable = true;
+  std::vector<std::string> doubts;  // "cut steps", "rounding", "time steps", "touchdowns", "tolerance"
+  int steps = 0;                    // steps simulated, those of chosen length one by one
 };
 
 // A rope at one instant.
@@ -113,12 +122,28 @@ class RolloutModel {
 
   void CheckInput(const RolloutInput& input) const;
   std::shared_ptr<const DesignedShapes> GetShapes(const Eigen::VectorXd& theta);
+  // `finer`: at a quarter of the scene's tolerance.
   Simulated Simulate(const Eigen::VectorXd& theta, const Eigen::VectorXd& controls,
-                     const std::vector<double>& variation, const std::function<void(int)>& progress);
+                     const std::vector<double>& variation, const std::function<void(int)>& progress,
+                     bool finer = false);
   double EvaluateTask(const Simulated& s, Cotangents* bar) const;
   double EvaluateDistillation(const Simulated& s, const Reference& reference, Cotangents* bar) const;
   bool TestSuccess(const Simulated& s) const;
-  void AddGradient(const Eigen::VectorXd& controls, const Simulated& s, Cotangents* bar, RolloutOutput* out) const;
+  // The loss of the input's kind and what it puts on *bar.
+  double Evaluate(const Simulated& s, const Reference* reference, Cotangents* bar) const;
+  // Of one sweep.
+  struct Gradient {
+    Eigen::VectorXd design, controls;
+    bool finite = true, solvable = true;
+    int touchdowns = 0;  // that time nodes followed
+    double loss_rounding = 0.0;
+    double loss_error = 0.0;
+  };
+  Gradient CalcGradient(const Eigen::VectorXd& controls, const Simulated& s, Cotangents bar, TimeNodes nodes) const;
+  // All of it in range-normalised parameters.
+  Eigen::VectorXd Normalize(const Scene& scene, const Gradient& gradient) const;
+  void AddGradient(const RolloutInput& input, const Simulated& s, const Reference* reference, const Cotangents& bar,
+                   RolloutOutput* out);
 
   const Reference& GetReference(const RolloutInput& input);
 

@@ -10,6 +10,7 @@ namespace knap {
 
 inline constexpr std::string_view kAxisNames[] = {"x", "y", "z"};
 inline constexpr Range kCount{1.0, 1e9};
+inline constexpr Range kFraction{0.0, 1.0, true};
 inline constexpr Range kSeed{0.0, 9007199254740991.0};  // exact in every language that keeps numbers as doubles
 
 // Every number of a default-initialised vector may be left out.

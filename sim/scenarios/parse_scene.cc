@@ -6,6 +6,7 @@
 #include <map>
 
 #include "sim/scenarios/check_scene.h"
+#include "sim/scenarios/default_step.h"
 #include "sim/scenarios/nearest_name.h"
 #include "sim/scenarios/numeric_keys.h"
 #include "sim/scenarios/scenario_paths.h"
@@ -373,7 +374,17 @@ ParseResult ParseScene(const std::string& text, const std::string& file_name, st
   if (readable) ApplyOverrides(root, overrides, errors);
   result.log = FieldLog(std::move(errors));
   if (!readable) return result;
-  if (SceneReader(root, result).Read()) CheckScene(result.scene, result.log);
+  if (SceneReader(root, result).Read()) {
+    Rollout& rollout = result.scene.rollout;
+    if (rollout.step == 0.0) {
+      rollout.step = CalcDefaultStep(result.scene);
+      if (rollout.integrator != Integrator::kTrBdf2) {
+        const std::string paths[] = {"rollout.step", "rollout"};
+        result.log.Report(paths, "must be more than 0 s: bdf1 and bdf2 take fixed steps");
+      }
+    }
+    CheckScene(result.scene, result.log);
+  }
   return result;
 }
 

@@ -211,12 +211,13 @@ struct Variation {
 
 // ---- Rollout ------------------------------------------------------------------------------------------------------
 
-enum class Integrator { kBdf1, kBdf2 };
+enum class Integrator { kTrBdf2, kBdf1, kBdf2 };
 
 struct Rollout {
   double horizon = 0.0;  // [s]
-  double step = 0.0;     // [s]; the horizon is a whole number of steps
-  Integrator integrator = Integrator::kBdf2;
+  double step = 0.0;     // [s]; the horizon is a whole number of steps. TR-BDF2: the longest
+  Integrator integrator = Integrator::kTrBdf2;
+  double tolerance = 1e-3;          // of TR-BDF2: on the scaled error of a step [-]
   double newton_tolerance = 1e-10;  // on the scaled residual [-]
   std::int64_t newton_max_iterations = 30;
 };
@@ -349,11 +350,17 @@ struct Evaluation {
   std::int64_t seed = 1;
 };
 
+enum class GradientComparison { kNone, kFiner };
+
 // What the rollouts' gradients are held to.
 struct GradientDemand {
   double tolerance = 1e-5;  // relative to ‖g‖∞ in range-normalised parameters
   double step = 5e-7;       // of a range, over which rounding must not hide that much
-  double flagged = 0.05;    // share of rollouts whose own certificate may warn
+  double loss_error = 0.1;  // share of ‖g‖∞: what chosen steps may do to the loss
+  double touchdown = 0.1;   // share of ‖g‖ by which it may differ from that at frozen time nodes, after a cascade
+  GradientComparison compare = GradientComparison::kNone;
+  double change = 0.08;   // share of ‖g‖ by which it may differ from that at a quarter of the tolerance
+  double flagged = 0.05;  // share of rollouts whose own certificate may warn
 };
 
 // ---- The whole ----------------------------------------------------------------------------------------------------

@@ -4,13 +4,13 @@
 #include "sim/scenarios/control_fields.h"
 #include "sim/scenarios/joint_fields.h"
 #include "sim/scenarios/loss_fields.h"
+#include "sim/scenarios/rollout_fields.h"
 
 namespace knap {
 namespace {
 
 using std::string_view;
 
-constexpr Range kFraction{0.0, 1.0, true};
 constexpr Range kIndex{0.0, 1e9};
 
 // Of the values of a parameter.
@@ -272,24 +272,6 @@ static void VisitFields(FieldVisitor& v, Variation& x) {
           [&x](FieldVisitor& w, auto& distribution) { VisitDistribution(w, x.key, distribution); });
 }
 
-// ---- Rollout ------------------------------------------------------------------------------------------------------
-
-static void VisitFields(FieldVisitor& v, Rollout& r) {
-  v.Number({.key = "horizon", .doc = "duration, a whole number of steps", .dimension = kTime, .range = kPositive},
-           r.horizon);
-  v.Number({.key = "step", .doc = "of the integrator", .dimension = kTime, .range = kPositive}, r.step);
-  static constexpr string_view kIntegrators[] = {"bdf1", "bdf2"};
-  v.EnumField({.key = "integrator", .doc = "implicit, of first or second order", .required = false}, r.integrator,
-              kIntegrators);
-  v.Number({.key = "newton_tolerance", .doc = "on the scaled residual", .required = false, .range = {0.0, 1e-2, true}},
-           r.newton_tolerance);
-  v.Integer({.key = "newton_max_iterations",
-             .doc = "before the step is subdivided",
-             .required = false,
-             .range = {1.0, 1000.0}},
-            r.newton_max_iterations);
-}
-
 // ---- Learning -----------------------------------------------------------------------------------------------------
 
 static void VisitFields(FieldVisitor& v, Learning& l) {
@@ -341,25 +323,6 @@ static void VisitFields(FieldVisitor& v, Evaluation& e) {
             e.variations);
   v.Integer({.key = "seed", .doc = "of the evaluation, a stream of its own", .required = false, .range = kSeed},
             e.seed);
-}
-
-static void VisitFields(FieldVisitor& v, GradientDemand& g) {
-  v.Number({.key = "tolerance",
-            .doc = "relative to the largest component: what `knap gradcheck` asks for",
-            .required = false,
-            .range = kFraction},
-           g.tolerance);
-  v.Number({.key = "step",
-            .doc = "share of a parameter's range; where rounding blurs differences over it by more than the tolerance, "
-                   "a rollout's certificate calls its gradient not smooth",
-            .required = false,
-            .range = kFraction},
-           g.step);
-  v.Number({.key = "flagged",
-            .doc = "share of rollouts whose certificate may warn in `knap gradcheck`",
-            .required = false,
-            .range = {0.0, 1.0}},
-           g.flagged);
 }
 
 static void VisitFields(FieldVisitor& v, GravityDirection& d) {

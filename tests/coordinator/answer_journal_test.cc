@@ -33,7 +33,7 @@ void ExpectSame(const JournaledAnswer& a, const JournaledAnswer& b) {
   EXPECT_EQ(a.outcome.gradient, b.outcome.gradient);
   EXPECT_EQ(a.outcome.certificate.finite, b.outcome.certificate.finite);
   EXPECT_EQ(a.outcome.certificate.converged, b.outcome.certificate.converged);
-  EXPECT_EQ(a.outcome.certificate.smooth, b.outcome.certificate.smooth);
+  EXPECT_EQ(a.outcome.certificate.gradient_reliable, b.outcome.certificate.gradient_reliable);
   EXPECT_EQ(a.outcome.certificate.worst_residual, b.outcome.certificate.worst_residual);
   EXPECT_EQ(a.outcome.certificate.subdivided_steps, b.outcome.certificate.subdivided_steps);
   EXPECT_EQ(a.outcome.certificate.contact_onsets, b.outcome.certificate.contact_onsets);

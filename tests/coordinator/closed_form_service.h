@@ -41,7 +41,7 @@ class QuadraticService : public RolloutService {
 
   RolloutOutcome Answer(const RolloutQuery& query) const {
     RolloutOutcome outcome;
-    outcome.certificate = {.finite = true, .converged = true, .smooth = true};
+    outcome.certificate = {.finite = true, .converged = true, .gradient_reliable = true};
     for (std::size_t i = 0; i < query.theta.size(); ++i) {
       const bool task = query.theta_reference.empty();
       const double weight = task ? weights_[i] : 1.0;

@@ -13,7 +13,7 @@ RolloutOutcome MakeOutcome(double loss, bool success, bool converged = true) {
   RolloutOutcome outcome;
   outcome.loss = loss;
   outcome.success = success;
-  outcome.certificate = {.finite = std::isfinite(loss), .converged = converged, .smooth = true};
+  outcome.certificate = {.finite = std::isfinite(loss), .converged = converged, .gradient_reliable = true};
   return outcome;
 }
 

@@ -31,7 +31,7 @@ class CurvedService final : public RolloutService {
       }
       RolloutOutcome outcome{.loss = std::sin(3.0 * x + v) + x * y * y,
                              .gradient = {},
-                             .certificate = {.finite = true, .converged = true, .smooth = true}};
+                             .certificate = {.finite = true, .converged = true, .gradient_reliable = true}};
       if (query.gradient) outcome.gradient = {3.0 * std::cos(3.0 * x + v) + y * y, 2.0 * x * y};
       if (spoil) spoil(query, outcome);
       outcomes.push_back(std::move(outcome));
@@ -161,7 +161,7 @@ TEST_F(GradientCheck, NothingButZeroGradientsFails) {
 TEST_F(GradientCheck, FlaggedRolloutsCountAsFlaggedEvenIfTheyAgree) {
   const GradientCheckReport clean = Check();
   service_.spoil = [&](const RolloutQuery& query, RolloutOutcome& outcome) {
-    if (query.gradient && query.theta == FindTheta(clean, 2)) outcome.certificate.smooth = false;
+    if (query.gradient && query.theta == FindTheta(clean, 2)) outcome.certificate.gradient_reliable = false;
   };
   GradientCheckReport report = Check();
   EXPECT_EQ(report.rollouts[2].verdict, GradientVerdict::kFlagged);

@@ -190,15 +190,18 @@ TEST(RunLogsTest, RolloutsGoOnAfterACrash) {
                        .loss = 0.25,
                        .success = true,
                        .converged = true,
+                       .gradient_reliable = true,
+                       .loss_error = 0.5,
                        .forward_s = 0.01,
                        .gradient_s = 0.005};
   { RolloutLog(folder / "rollouts.csv").Append(row); }
   std::ofstream(folder / "rollouts.csv", std::ios::app) << "cd34,task,0.";  // killed in the middle of a line
   { RolloutLog(folder / "rollouts.csv").Append(row); }
   EXPECT_THAT(ReadLines(folder / "rollouts.csv"),
-              ElementsAre("id,kind,variation,worker,attempt,loss,success,converged,time_s,forward_s,gradient_s",
-                          "ab12,task,0.01 -0.02,\"node \"\"7\"\", a\",2,0.25,1,1,1.500000,0.01,0.005",
-                          "ab12,task,0.01 -0.02,\"node \"\"7\"\", a\",2,0.25,1,1,1.500000,0.01,0.005"));
+              ElementsAre("id,kind,variation,worker,attempt,loss,success,converged,gradient_reliable,loss_error,time_s,"
+                          "forward_s,gradient_s",
+                          "ab12,task,0.01 -0.02,\"node \"\"7\"\", a\",2,0.25,1,1,1,0.5,1.500000,0.01,0.005",
+                          "ab12,task,0.01 -0.02,\"node \"\"7\"\", a\",2,0.25,1,1,1,0.5,1.500000,0.01,0.005"));
 }
 
 TEST(RunLogsTest, EventsAreOneObjectALine) {

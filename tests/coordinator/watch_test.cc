@@ -122,7 +122,7 @@ class RunRecordingTest : public ::testing::Test {
       result.run_id = 5;
       result.sender = 1;
       result.loss = 1.0 + i;
-      result.finite = result.converged = result.smooth = 1;
+      result.finite = result.converged = result.gradient_reliable = 1;
       result.gradient_size = 100;
       result.worker = "alice";
       CopyId(id, result.id);

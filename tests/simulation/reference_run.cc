@@ -24,7 +24,7 @@ class DirectService : public RolloutService {
       outcome.loss = answer.loss;
       outcome.success = answer.success;
       outcome.gradient = answer.gradient;
-      outcome.certificate = {answer.finite,         answer.converged,        answer.smooth,
+      outcome.certificate = {answer.finite,         answer.converged,        answer.gradient_reliable,
                              answer.worst_residual, answer.subdivided_steps, answer.contact_onsets};
       outcome.steps = answer.steps;
       outcomes.push_back(outcome);

@@ -86,7 +86,7 @@ class ClosedFormScenario : public EngineScenario {
       if (request.gradient) answer.gradient.push_back(weight * error);
     }
     answer.success = answer.loss < 1.0;
-    answer.finite = answer.converged = answer.smooth = true;
+    answer.finite = answer.converged = answer.gradient_reliable = true;
     answer.worst_residual = 1e-12;
     answer.steps = static_cast<std::int32_t>(parameters_.steps);
     return answer;

@@ -31,6 +31,8 @@ void CheckRates(const PrescribedMotion& motion, double time, double tolerance) {
   EXPECT_LT((state.V - DifferenceTwist(motion, time, h)).norm(), tolerance) << "V at " << time;
   const Vector6d A = (motion(time + h).V - motion(time - h).V) / (2.0 * h);
   EXPECT_LT((state.A - A).norm(), tolerance) << "A at " << time;
+  const Vector6d jerk = (motion(time + h).A - motion(time - h).A) / (2.0 * h);
+  EXPECT_LT((state.jerk - jerk).norm(), 100.0 * tolerance) << "jerk at " << time;
 }
 
 TEST(Zigzag, RatesEqualDifferences) {

@@ -52,6 +52,7 @@ TreeBody RandomTree::MakeBody(int i) {
     s.X_FB.p = Vector3d(std::sin(t), t * t, 0.0);
     s.V.tail<3>() = Vector3d(std::cos(t), 2.0 * t, 0.0);
     s.A.tail<3>() = Vector3d(-std::sin(t), 2.0, 0.0);
+    s.jerk.tail<3>() = Vector3d(-std::cos(t), 0.0, 0.0);
     return s;
   };
   const Matrix3d a = Matrix3d::NullaryExpr([this] { return U(); });

@@ -75,9 +75,9 @@ TrajectoryGradient WorldLoss::Sweep(const World& world, VectorXd* bar_weights) c
       cotangents.push_back({k, i, w * (a[i] + X.p), w * b[i], w * X.R.col(0).cross(c[i]), w * d[i]});
     }
   }
-  if (!policy) return SweepAdjoint(t, cotangents, &dynamics, &contacts);
+  if (!policy) return SweepAdjoint(t, cotangents, &dynamics, &contacts, nullptr, TimeNodes::kFrozen);
   policy->BeginSweep(policy->commands());
-  TrajectoryGradient gradient = SweepAdjoint(t, cotangents, &dynamics, &contacts, &*policy);
+  TrajectoryGradient gradient = SweepAdjoint(t, cotangents, &dynamics, &contacts, &*policy, TimeNodes::kFrozen);
   *bar_weights = policy->bar_weights();
   return gradient;
 }
@@ -190,7 +190,21 @@ WorldCase MakeWorldCase(RandomTree* random) {
   }
   out.loss.options.step = 0.02;
   out.loss.options.steps = 11;  // two past the end of the declared intervals
-  out.loss.options.order = 1 + random->Pick(2);
+  const int scheme = random->Pick(3);
+  out.loss.options.order = 1 + scheme % 2;
+  if (scheme == 2) {
+    // TR-BDF2 on a given grid: most whole steps in one, every third in two unequal ones.
+    out.loss.options.tolerance = 1.0;
+    auto nodes = std::make_shared<TimeNodeList>(out.loss.options.steps);
+    for (int n = 0; n < out.loss.options.steps; ++n) {
+      const auto at = [&](double share) { (*nodes)[n].push_back((n + share) * out.loss.options.step); };
+      const bool jumps = n == 0 || (n % 3 == 0 && n <= 6);  // the intervals of three steps end with the third
+      if (jumps) at(kRestartShare);
+      if (n % 3 == 1) at(0.4);
+      at(1.0);
+    }
+    out.loss.options.nodes = nodes;
+  }
   out.loss.options.newton_tolerance = 1e-15;  // on to the rounding floor
   return out;
 }

@@ -45,11 +45,12 @@ void ExpectSameStates(const Trajectory& a, const Trajectory& b, int k) {
   EXPECT_EQ(a.v(k), b.v(k)) << k;
   EXPECT_EQ(a.xi(k), b.xi(k)) << k;
   EXPECT_EQ(a.vdot(k), b.vdot(k)) << k;
-  Bristles of_a, of_b;
+  BristleState of_a, of_b;
   a.GetBristles(k, &of_a);
   b.GetBristles(k, &of_b);
-  EXPECT_EQ(of_a.id, of_b.id) << k;
-  EXPECT_EQ(of_a.z, of_b.z) << k;
+  EXPECT_EQ(of_a.bent.id, of_b.bent.id) << k;
+  EXPECT_EQ(of_a.bent.z, of_b.bent.z) << k;
+  EXPECT_EQ(of_a.rate, of_b.rate) << k;
 }
 
 // More than five blocks, of which a trajectory without memory keeps three. Returns how many steps were cut.
@@ -118,6 +119,27 @@ TEST(Trajectory, AFingerComesBackUnderItsPolicy) {
   SimulationOptions options;
   options.step = 2e-3;
   ExpectTheSameWithoutMemory(tree, {}, tree.MakeDefaultPositions(), controls, options, policy);
+}
+
+// So is what the choice of steps carries from one to the next.
+TEST(Trajectory, ChosenStepsComeBackToo) {
+  const test::WoundRope rope = test::MakeWoundRope(test::MakeSpool(0.05, 0.1), {2e8, 2.0, 0.3, 0.0, 1e-3, 2e-5});
+  SimulationOptions options;
+  options.step = 4e-3;
+  options.tolerance = 1e-2;
+  ExpectTheSameWithoutMemory(rope.scene.tree, rope.scene.contacts, rope.scene.q0(), {}, options);
+}
+
+TEST(Trajectory, ChosenStepsOfAFingerComeBackUnderItsControls) {
+  const Tree tree = test::MakeFinger();
+  ControlSequence controls;
+  controls.steps_per_interval = 20;
+  controls.values.resize(tree.num_controls(), 30);
+  for (int i = 0; i < controls.values.size(); ++i) controls.values.data()[i] = 0.2 * std::sin(1.0 + 0.7 * i);
+  SimulationOptions options;
+  options.step = 2e-3;
+  options.tolerance = 1e-4;
+  ExpectTheSameWithoutMemory(tree, {}, tree.MakeDefaultPositions(), controls, options);
 }
 
 // Steps that had to be cut make a block longer than its whole steps.

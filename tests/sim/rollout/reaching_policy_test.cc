@@ -49,7 +49,7 @@ TEST_F(ReachingPolicyTest, GradientInDesignAndWeightsIsThatOfDifferences) {
   const VectorXd w = MakeWeights(n);
   const RolloutOutput out = Run(model, theta_, w, 0.04, -0.03, true);
   ASSERT_TRUE(out.certificate.converged);
-  EXPECT_TRUE(out.smooth);
+  EXPECT_TRUE(out.gradient_reliable);
   VectorXd x(9 + n), g(9 + n);
   x << theta_, w;
   g << out.gradient, out.control_gradient;

@@ -50,7 +50,7 @@ TEST_F(ReachingTest, InitialDesignWithoutActionCostsWhatDiffHandSays) {
   EXPECT_TRUE(out.certificate.converged);
   EXPECT_EQ(out.steps, 600);
   EXPECT_NEAR(out.loss, 3733.08325791, 1e-6);
-  EXPECT_TRUE(out.smooth);
+  EXPECT_TRUE(out.gradient_reliable);
   ASSERT_EQ(out.gradient.size(), 9);
   ASSERT_EQ(out.control_gradient.size(), 120);
   // Masses matter to nothing that rests; lengths and the tip's height move the point.
@@ -77,7 +77,7 @@ TEST_F(ReachingTest, GradientInDesignAndControlsIsThatOfDifferences) {
   const VectorXd a = MakeAction();
   const RolloutOutput out = Run(theta, a, true);
   ASSERT_TRUE(out.certificate.converged);
-  EXPECT_TRUE(out.smooth);
+  EXPECT_TRUE(out.gradient_reliable);
   VectorXd x(129), g(129);
   x << theta, a;
   g << out.gradient, out.control_gradient;

@@ -75,7 +75,8 @@ design:
         - {parameter: hand_height, group: hand_end, direction: [0, 0, 1]}
         - {parameter: hand_length, group: hand_front, direction: [1, 0, 0]}
 controls: {actuators: [hand, arm], interval: 50 ms, initial: 0, lower: -2, upper: 2}
-rollout: {horizon: 0.2 s, step: 1 ms, newton_tolerance: 1e-13}
+# Fixed steps: differences over chosen ones jump.
+rollout: {horizon: 0.2 s, step: 1 ms, integrator: bdf2, newton_tolerance: 1e-13}
 loss:
   task:
     - {type: control_cost, weight: 0.02}

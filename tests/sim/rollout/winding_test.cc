@@ -136,7 +136,7 @@ TEST(Winding, AGradientAcrossACutStepIsNotSmooth) {
     const RolloutOutput out = rollout.Run(input, {});
     ASSERT_TRUE(out.certificate.converged && out.certificate.finite);
     EXPECT_EQ(out.certificate.subdivided_steps > 0, few);
-    EXPECT_EQ(out.smooth, !few);
+    EXPECT_EQ(out.gradient_reliable, !few);
     const double g = (out.gradient.array() * rollout.design()->ranges().array()).abs().maxCoeff();
     const GradientDemand& demand = rollout.scene().gradient;
     EXPECT_LT(out.loss_rounding, demand.step * demand.tolerance * g);

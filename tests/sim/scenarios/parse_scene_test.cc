@@ -125,7 +125,7 @@ const SceneErrorCase kFieldErrors[] = {
      "bodies.pea.joint.type: value 'fre': expected one of: fixed, prescribed, revolute, prismatic, ball, planar, free; "
      "did you mean 'free'?"},
     {"UnknownChoice", "integrator: bdf2", "integrator: @rk4",
-     "rollout.integrator: value 'rk4': expected one of: bdf1, bdf2"},
+     "rollout.integrator: value 'rk4': expected one of: tr_bdf2, bdf1, bdf2"},
     {"UnknownBody", "bodies: [pea, ground]", "bodies: [@pae, ground]",
      "contacts[0].bodies[0]: value 'pae': no such body or rope; did you mean 'pea'?"},
     {"UnknownParent", "parent: wall", "parent: @wal",

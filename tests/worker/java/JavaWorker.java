@@ -335,7 +335,7 @@ public final class JavaWorker {
       rollout_result_t part = new rollout_result_t();
       part.loss = answer.loss;
       part.success = answer.success ? 1 : 0;
-      part.finite = part.converged = part.smooth = 1;
+      part.finite = part.converged = part.gradient_reliable = 1;
       part.status = rollout_result_t.kOk;
       part.steps = Bowl.STEPS;
       part.attempt = job.attempt;

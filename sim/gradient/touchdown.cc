@@ -1,0 +1,141 @@
+#include "sim/gradient/touchdown.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <variant>
+
+#include "sim/contact/contact_mesh.h"
+#include "sim/math/overloaded.h"
+
+namespace knap {
+
+using Eigen::Vector3d;
+
+namespace {
+
+// The point of a shape's core nearest to c, in the shape's body, and by how much the core is inflated.
+struct NearestPoint {
+  Vector3d p = Vector3d::Zero();
+  double inflation = 0.0;
+  int triangle = -1;
+  Vector3d barycentric = Vector3d::Zero();
+};
+
+// [Ericson 2005, §5.1.5]
+Vector3d FindOnTriangle(const std::array<Vector3d, 3>& v, const Vector3d& c) {
+  const Vector3d ab = v[1] - v[0];
+  const Vector3d ac = v[2] - v[0];
+  const Vector3d ap = c - v[0];
+  const double d1 = ab.dot(ap);
+  const double d2 = ac.dot(ap);
+  if (d1 <= 0.0 && d2 <= 0.0) return Vector3d(1.0, 0.0, 0.0);
+  const Vector3d bp = c - v[1];
+  const double d3 = ab.dot(bp);
+  const double d4 = ac.dot(bp);
+  if (d3 >= 0.0 && d4 <= d3) return Vector3d(0.0, 1.0, 0.0);
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) {
+    const double s = d1 / (d1 - d3);
+    return Vector3d(1.0 - s, s, 0.0);
+  }
+  const Vector3d cp = c - v[2];
+  const double d5 = ab.dot(cp);
+  const double d6 = ac.dot(cp);
+  if (d6 >= 0.0 && d5 <= d6) return Vector3d(0.0, 0.0, 1.0);
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) {
+    const double s = d2 / (d2 - d6);
+    return Vector3d(1.0 - s, 0.0, s);
+  }
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) {
+    const double s = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+    return Vector3d(0.0, 1.0 - s, s);
+  }
+  const double sum = va + vb + vc;
+  return Vector3d(va / sum, vb / sum, vc / sum);
+}
+
+NearestPoint FindNearest(const ContactGeometry& shape, const Vector3d& c) {
+  return std::visit(Overloaded{[&](const HalfSpaceGeometry&) { return NearestPoint{Vector3d(c.x(), c.y(), 0.0)}; },
+                               [](const SphereGeometry& s) {
+                                 return NearestPoint{s.center, s.radius};
+                               },
+                               [&](const CapsuleGeometry& s) {
+                                 const double z = std::clamp(c.z() - s.center.z(), -s.half_length, s.half_length);
+                                 return NearestPoint{s.center + z * Vector3d::UnitZ(), s.radius};
+                               },
+                               [&](const BoxGeometry& s) {
+                                 return NearestPoint{s.center + (c - s.center).cwiseMax(-s.half).cwiseMin(s.half)};
+                               },
+                               [&](const MeshGeometry& s) {
+                                 NearestPoint nearest;
+                                 double least = std::numeric_limits<double>::infinity();
+                                 const std::vector<Facet>& facets = s.mesh->facets();
+                                 for (int t = 0; t < static_cast<int>(facets.size()); ++t) {
+                                   const auto& [v0, v1, v2, unused] = facets[t].corner;
+                                   const std::array<Vector3d, 3> v{v0, v1, v2};
+                                   const Vector3d b = FindOnTriangle(v, c);
+                                   const Vector3d p = b(0) * v[0] + b(1) * v[1] + b(2) * v[2];
+                                   const double distance = (c - p).squaredNorm();
+                                   if (distance >= least) continue;
+                                   least = distance;
+                                   nearest = {p, 0.0, t, b};
+                                 }
+                                 return nearest;
+                               }},
+                    shape);
+}
+
+// Of a point of a body that lies `arm` from its origin: cotangents of n·(its place) and n·(its velocity).
+StateCotangent MakeCotangent(int body, const Vector3d& arm, const Vector3d& w, const Vector3d& n, double by_gap,
+                             double by_rate) {
+  StateCotangent at;
+  at.body = body;
+  at.p_W = by_gap * n;
+  at.v_W = by_rate * n;
+  at.r_W = arm.cross(by_gap * n + by_rate * n.cross(w));
+  at.w_W = arm.cross(by_rate * n);
+  return at;
+}
+
+}  // namespace
+
+std::optional<Touchdown> FindTouchdown(const ContactPair& contact, const std::vector<BodyKinematics>& kinematics) {
+  int ball = 0;
+  if (!std::holds_alternative<SphereGeometry>(contact.shapes[0])) ball = 1;
+  const auto* sphere = std::get_if<SphereGeometry>(&contact.shapes[ball]);
+  if (sphere == nullptr) return std::nullopt;
+  const ContactGeometry& surface = contact.shapes[1 - ball];
+  const BodyKinematics& B = kinematics[contact.bodies[ball]];
+  const BodyKinematics& S = kinematics[contact.bodies[1 - ball]];
+  const Vector3d c_W = B.X_WB * sphere->center;
+  const NearestPoint nearest = FindNearest(surface, S.X_WB.ApplyInverse(c_W));
+  const Vector3d p_W = S.X_WB * nearest.p;
+  const double distance = (c_W - p_W).norm();
+  const double gap = distance - sphere->radius - nearest.inflation;
+  if (!(gap >= 0.0 && distance > 0.0)) return std::nullopt;
+  const Vector3d n = (c_W - p_W) / distance;
+  const Vector3d w_B = B.X_WB.R * B.V.head<3>();
+  const Vector3d w_S = S.X_WB.R * S.V.head<3>();
+  const Vector3d arm_B = c_W - B.X_WB.p;
+  const Vector3d arm_S = p_W - S.X_WB.p;
+  const double rate = n.dot(B.X_WB.R * B.V.tail<3>() + w_B.cross(arm_B) - S.X_WB.R * S.V.tail<3>() - w_S.cross(arm_S));
+  if (!(rate < -kLeastApproach)) return std::nullopt;
+  const double by_gap = -1.0 / rate;
+  const double by_rate = gap / (rate * rate);
+  Touchdown out;
+  out.in = -gap / rate;
+  out.bodies[0] = MakeCotangent(contact.bodies[ball], arm_B, w_B, n, by_gap, by_rate);
+  out.bodies[1] = MakeCotangent(contact.bodies[1 - ball], arm_S, w_S, n, -by_gap, -by_rate);
+  if (nearest.triangle >= 0) {
+    const Vector3d bar_p = S.X_WB.R.transpose() * (-by_gap * n - by_rate * n.cross(w_S));
+    const Eigen::Vector3i corners = std::get<MeshGeometry>(surface).mesh->triangles()[nearest.triangle];
+    for (int i = 0; i < 3; ++i) out.vertices.emplace_back(corners(i), nearest.barycentric(i) * bar_p);
+  }
+  return out;
+}
+
+}  // namespace knap
