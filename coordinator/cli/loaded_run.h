@@ -16,7 +16,7 @@ namespace knap {
 // Throws UsageError with all that is wrong, one line each, unless the scenario is valid.
 LoadedScenario LoadValidScenario(const std::filesystem::path& config, std::span<const std::string> overrides);
 
-// Where a new run goes: the folder `out`, which must not exist or be empty, or one named by time within `home`, to
+// Where a new run goes: the folder `out` (see RunDirectory::Create), or one named by time within `home`, to
 // which home/latest then leads (what keeps it from doing so is said on stderr).
 struct NewRunPlace {
   std::string home;

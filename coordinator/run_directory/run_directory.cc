@@ -20,6 +20,11 @@ std::string FormatUtc(std::chrono::system_clock::time_point time, const char* fo
   return std::string(text, std::strftime(text, sizeof text, format, &utc));
 }
 
+// Whether a crash cut off the making of a run here: run.json is the first file of one, and config.yaml the last.
+bool IsCutOffBeginning(const fs::path& path) {
+  return (fs::exists(path / "run.json") || fs::exists(path / "run.json.tmp")) && !fs::exists(path / "config.yaml");
+}
+
 }  // namespace
 
 std::string MakeRunName(const std::string& scenario, std::chrono::system_clock::time_point started) {
@@ -27,7 +32,7 @@ std::string MakeRunName(const std::string& scenario, std::chrono::system_clock::
 }
 
 RunDirectory RunDirectory::Create(const fs::path& path) {
-  if (fs::exists(path) && !(fs::is_directory(path) && fs::is_empty(path))) {
+  if (fs::exists(path) && !(fs::is_directory(path) && (fs::is_empty(path) || IsCutOffBeginning(path)))) {
     throw std::runtime_error(path.string() +
                              ": exists already and is not an empty folder; choose another, or resume it");
   }

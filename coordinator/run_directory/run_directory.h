@@ -32,7 +32,8 @@ std::string MakeRunName(const std::string& scenario, std::chrono::system_clock::
 // All members throw std::system_error or std::filesystem::filesystem_error with the path when the disk refuses.
 class RunDirectory {
  public:
-  // `path` must not exist, or be an empty folder; std::runtime_error otherwise. Parents are made.
+  // `path` must not exist, or be an empty folder or one that a crash left before it was a run (run.json, but not yet
+  // config.yaml); std::runtime_error otherwise. Parents are made.
   static RunDirectory Create(const std::filesystem::path& path);
 
   // runs/<MakeRunName>, with -2, -3, … behind it when taken.

@@ -102,6 +102,16 @@ TEST(RunDirectoryTest, NeverTakesAFolderThatHoldsSomething) {
   EXPECT_THROW(RunDirectory::Open(folder / "a"), std::runtime_error);
 }
 
+// Killed before the folder was a run, it does not stand in the way of the next try.
+TEST(RunDirectoryTest, TakesTheBeginningThatACrashCutOff) {
+  const TemporaryFolder folder;
+  const RunDirectory run = RunDirectory::Create(folder / "run");
+  run.WriteRunInfo({});
+  EXPECT_NO_THROW(RunDirectory::Create(folder / "run"));
+  run.WriteConfig("scenario: pushing\n");
+  EXPECT_THROW(RunDirectory::Create(folder / "run"), std::runtime_error);
+}
+
 TEST(RunDirectoryTest, RunInfoIsWritten) {
   const TemporaryFolder folder;
   const RunDirectory run = RunDirectory::Create(folder / "run");
