@@ -46,16 +46,18 @@ std::string ReadLastLine(const std::string& path) {
 }
 
 // Between fork and exec only async-signal-safe calls are allowed: everything is prepared before.
-[[noreturn]] void BecomeWorker(char* const* arguments, int log_fd, pid_t parent) {
+// `log_fd` < 0: no log could be opened, and the worker does without one.
+[[noreturn]] void BecomeWorker(char* const* arguments, bool log_wanted, int log_fd, pid_t parent) {
   setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(1);  // it died before we asked to die with it
-  if (log_fd >= 0) dup2(log_fd, STDERR_FILENO);
   const int null_fd = open("/dev/null", O_RDWR);
   if (null_fd >= 0) {
     dup2(null_fd, STDIN_FILENO);
     dup2(null_fd, STDOUT_FILENO);  // the coordinator's stdout is for its own document
+    if (log_wanted) dup2(null_fd, STDERR_FILENO);
   }
+  if (log_fd >= 0) dup2(log_fd, STDERR_FILENO);
   close_range(3, ~0U, 0);  // liblcm's sockets are not close-on-exec
   sigset_t none;
   sigemptyset(&none);
@@ -99,11 +101,10 @@ void LocalWorkers::Start(Slot* slot) {
   int log_fd = -1;
   if (!log_path.empty()) {
     log_fd = open(log_path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
-    if (log_fd < 0) throw std::runtime_error(fmt::format("worker log {}: {}", log_path, std::strerror(errno)));
   }
   const pid_t parent = getpid();
   const pid_t pid = fork();
-  if (pid == 0) BecomeWorker(arguments.data(), log_fd, parent);
+  if (pid == 0) BecomeWorker(arguments.data(), !log_path.empty(), log_fd, parent);
   if (log_fd >= 0) close(log_fd);
   if (pid < 0) throw std::runtime_error(fmt::format("a worker cannot be started: {}", std::strerror(errno)));
   slot->pid = pid;

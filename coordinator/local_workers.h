@@ -24,7 +24,7 @@ struct LocalWorkerOptions {
   std::string program;  // path; see FindWorkerProgram
   std::string lcm_url;
   std::string key_file;       // empty: the public default key
-  std::string log_directory;  // worker NAME writes its stderr to NAME.log there; empty: to the coordinator's stderr
+  std::string log_directory;  // worker NAME writes its stderr to NAME.log there if it can; empty: to ours
 };
 
 // `program` in the folder of the running executable.

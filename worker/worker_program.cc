@@ -9,11 +9,12 @@
 #include <array>
 #include <atomic>
 #include <csignal>
-#include <cstdio>
 #include <exception>
 #include <stdexcept>
 #include <string>
 
+#include "lcmtypes/program/command_line.h"
+#include "lcmtypes/program/standard_streams.h"
 #include "lcmtypes/wire/channels.h"
 #include "lcmtypes/wire/multicast.h"
 #include "lcmtypes/wire/open_transport.h"
@@ -67,11 +68,12 @@ void Work(WorkerReactor* reactor, Transport* transport, const Clock& clock) {
 }  // namespace
 
 int RunWorkerProgram(int argc, char** argv, std::unique_ptr<Engine> engine) {
+  SecureStandardStreams();
   const std::string host = FindHostName();
   std::string url;
   std::string key_file;
   std::string name = MakeDefaultName(host);
-  CLI::App app("Computes rollouts for a knap coordinator.");
+  CLI::App app("Computes rollouts for a knap coordinator.", "knap-worker");
   app.add_option("--lcm-url", url, fmt::format("LCM network (default: LCM_DEFAULT_URL, else {})", kDefaultLcmUrl));
   app.add_option("--key", key_file, "file with the run's key (default: a public one)");
   app.add_option("--name", name, "name of this worker, 1 to 40 of A-Z a-z 0-9 _ - (default: HOST-PID)");
@@ -79,13 +81,13 @@ int RunWorkerProgram(int argc, char** argv, std::unique_ptr<Engine> engine) {
     app.parse(argc, argv);
     if (!IsName(name)) throw CLI::ValidationError("--name", fmt::format("'{}': 1 to 40 of A-Z a-z 0-9 _ -", name));
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? 0 : 2;
+    return EndParsing(app, e);
   }
   RunKey key;
   try {
     if (!key_file.empty()) key = RunKey::ReadFile(key_file);
   } catch (const std::exception& e) {
-    fmt::print(stderr, "knap-worker: {}\n", e.what());
+    WriteMessage(fmt::format("knap-worker: {}\n", e.what()));
     return 2;
   }
   std::signal(SIGTERM, CatchSignal);
@@ -101,10 +103,10 @@ int RunWorkerProgram(int argc, char** argv, std::unique_ptr<Engine> engine) {
     // A computation cannot be broken off, and nobody waits for this one: leave without it.
     if (executor.busy()) std::_Exit(0);
   } catch (const std::invalid_argument& e) {
-    fmt::print(stderr, "knap-worker: {}\n", e.what());  // the URL
+    WriteMessage(fmt::format("knap-worker: {}\n", e.what()));  // the URL
     return 2;
   } catch (const std::exception& e) {
-    fmt::print(stderr, "knap-worker: {}\n", e.what());
+    WriteMessage(fmt::format("knap-worker: {}\n", e.what()));
     return 1;
   }
   return 0;

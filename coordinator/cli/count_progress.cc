@@ -2,9 +2,8 @@
 
 #include <unistd.h>
 
-#include <iostream>
-
 #include "knap/run_status_t.hpp"
+#include "lcmtypes/program/standard_streams.h"
 
 namespace knap {
 
@@ -17,7 +16,7 @@ CountProgress::CountProgress(const std::string& scenario, const std::string& tit
   state_.workers_wanted = session->workers_wanted();
   status_.scenario = scenario;
   status_.state = run_status_t::kEvaluating;
-  if (!quiet) reporter_.emplace(std::cerr, DetectTerminal(STDERR_FILENO));
+  if (!quiet) reporter_.emplace(WriteMessage, DetectTerminal(STDERR_FILENO));
   session_->set_on_pump([this] { Update(); });
   Update();
 }

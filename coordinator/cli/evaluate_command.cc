@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstdio>
 #include <memory>
 #include <optional>
 #include <span>
@@ -20,6 +19,7 @@
 #include "coordinator/cli/theta_choice.h"
 #include "coordinator/learning/batch_objective.h"
 #include "coordinator/learning/evaluation.h"
+#include "lcmtypes/program/standard_streams.h"
 
 namespace knap {
 namespace {
@@ -87,26 +87,28 @@ void PrintJson(const Scene& scene, const ParameterSpec& parameters, const std::v
   }
   const Json json = {
       {"schema", 1}, {"scenario", scene.name}, {"designs", designs}, {"median_success_rate", CalcMedianRate(tests)}};
-  fmt::print("{}\n", MakeJsonText(json, 2));
+  WriteOutput(fmt::format("{}\n", MakeJsonText(json, 2)));
 }
 
 void PrintTests(const ParameterSpec& parameters, const std::vector<Test>& tests) {
   const TestSummary& first = tests.front().summary;
-  fmt::print("success rate (95% interval) and mean loss on {} variations of seed {}\n", first.variations, first.seed);
+  WriteOutput(fmt::format("success rate (95% interval) and mean loss on {} variations of seed {}\n", first.variations,
+                          first.seed));
   for (const Test& test : tests) {
     std::string theta;
     for (std::size_t i = 0; i < test.theta.size() - parameters.controls; ++i) {
       theta += "  " + FormatParameter(parameters, i, test.theta[i]);
     }
-    fmt::print("{:5.1f}% ({:.1f} to {:.1f}%)  loss {:.4g}{}\n", 100.0 * test.summary.success_rate,
-               100.0 * test.summary.success_interval.lower, 100.0 * test.summary.success_interval.upper,
-               test.summary.loss_mean, theta);
+    WriteOutput(fmt::format("{:5.1f}% ({:.1f} to {:.1f}%)  loss {:.4g}{}\n", 100.0 * test.summary.success_rate,
+                            100.0 * test.summary.success_interval.lower, 100.0 * test.summary.success_interval.upper,
+                            test.summary.loss_mean, theta));
     if (test.summary.not_converged + test.summary.not_finite > 0) {
-      fmt::print("        {} rollouts did not converge, {} are not finite: they count as failures\n",
-                 test.summary.not_converged, test.summary.not_finite);
+      WriteOutput(fmt::format("        {} rollouts did not converge, {} are not finite: they count as failures\n",
+                              test.summary.not_converged, test.summary.not_finite));
     }
   }
-  if (tests.size() > 1) fmt::print("median of {} designs: {:.1f}%\n", tests.size(), 100.0 * CalcMedianRate(tests));
+  if (tests.size() > 1)
+    WriteOutput(fmt::format("median of {} designs: {:.1f}%\n", tests.size(), 100.0 * CalcMedianRate(tests)));
 }
 
 int RunEvaluate(const EvaluateArguments& arguments) {
@@ -124,6 +126,7 @@ int RunEvaluate(const EvaluateArguments& arguments) {
   {
     ClusterSession session(arguments.cluster, FindEngineIdentity(arguments.cluster.engine), scenario.files,
                            parameters.controls);
+    session.StartWorkers();
     const CountProgress progress(scene.name, scene.name, n * static_cast<std::int64_t>(thetas.size()), arguments.quiet,
                                  &session);
     tests = TestDesigns(thetas, problem.variations, n, seed, session.service());

@@ -18,6 +18,7 @@
 #include "coordinator/cli/rollout_arguments.h"
 #include "coordinator/gradcheck/gradient_check.h"
 #include "coordinator/gradcheck/gradient_check_report.h"
+#include "lcmtypes/program/standard_streams.h"
 
 namespace knap {
 namespace {
@@ -40,6 +41,7 @@ int RunGradcheck(const GradcheckFlags& flags) {
   const Problem problem = MakeProblem(scenario.parsed.scene, scenario.files);
   ClusterSession session(flags.cluster, FindEngineIdentity(flags.cluster.engine), scenario.files,
                          problem.parameters.controls);
+  session.StartWorkers();
 
   GradientCheckReport report;
   {
@@ -52,11 +54,11 @@ int RunGradcheck(const GradcheckFlags& flags) {
   }
 
   if (flags.json) {
-    fmt::print("{}\n", MakeGradientCheckJson(report, problem, check).dump(2));
+    WriteOutput(fmt::format("{}\n", MakeGradientCheckJson(report, problem, check).dump(2)));
   } else {
     std::string command = "knap rollout " + QuoteForShell(flags.config);
     for (const std::string& change : flags.overrides) command += " " + QuoteForShell(change);
-    fmt::print("{}", FormatGradientCheck(report, problem, check, command));
+    WriteOutput(FormatGradientCheck(report, problem, check, command));
   }
   return ListFailures(report, check).empty() ? kExitDone : kExitFailed;
 }

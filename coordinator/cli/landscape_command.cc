@@ -22,6 +22,7 @@
 #include "coordinator/landscape/landscape.h"
 #include "coordinator/report/landscape_picture.h"
 #include "coordinator/run_directory/durable_file.h"
+#include "lcmtypes/program/standard_streams.h"
 
 namespace knap {
 namespace {
@@ -85,14 +86,16 @@ void PrintSummary(const Landscape& landscape, const ParameterSpec& parameters, b
     if (cells[k].success_rate > cells[best].success_rate) best = k;
     untrusted += cells[k].not_finite + cells[k].not_converged > 0 ? 1 : 0;
   }
-  fmt::print("least mean loss  {:.4g} at {}\n", cells[least].loss, FormatPoint(landscape, parameters, least));
+  WriteOutput(
+      fmt::format("least mean loss  {:.4g} at {}\n", cells[least].loss, FormatPoint(landscape, parameters, least)));
   if (has_success) {
-    fmt::print("most successes   {:.1f}% at {}\n", 100.0 * cells[best].success_rate,
-               FormatPoint(landscape, parameters, best));
+    WriteOutput(fmt::format("most successes   {:.1f}% at {}\n", 100.0 * cells[best].success_rate,
+                            FormatPoint(landscape, parameters, best)));
   }
-  if (untrusted > 0) fmt::print("not to be trusted: rollouts of {} cells (hatched; see the CSV file)\n", untrusted);
-  fmt::print("figures          {}\n", (out / "landscape.csv").string());
-  fmt::print("picture          {}\n", (out / "landscape.svg").string());
+  if (untrusted > 0)
+    WriteOutput(fmt::format("not to be trusted: rollouts of {} cells (hatched; see the CSV file)\n", untrusted));
+  WriteOutput(fmt::format("figures          {}\n", (out / "landscape.csv").string()));
+  WriteOutput(fmt::format("picture          {}\n", (out / "landscape.svg").string()));
 }
 
 int RunLandscape(const LandscapeArguments& arguments) {
@@ -111,11 +114,12 @@ int RunLandscape(const LandscapeArguments& arguments) {
   const ChosenVariations variations = ChooseVariations(arguments, scene, problem);
   plan.variations = variations.values;
   const std::int64_t rollouts = CalcRolloutCount(plan);
+  ClusterSession session(arguments.cluster, FindEngineIdentity(arguments.cluster.engine), scenario.files,
+                         parameters.controls);
   const std::string out_name = MakeRunName(scene.name + "-landscape", std::chrono::system_clock::now());
   const fs::path out = CreateRun(arguments.out.empty() ? fs::path("runs") / out_name : fs::path(arguments.out)).path();
 
-  ClusterSession session(arguments.cluster, FindEngineIdentity(arguments.cluster.engine), scenario.files,
-                         parameters.controls);
+  session.StartWorkers();
   std::optional<Landscape> landscape;
   {
     CountProgress progress(scene.name, scene.name + " landscape", rollouts, arguments.quiet, &session);

@@ -32,13 +32,6 @@ PreparedScenario PrepareScenario(const fs::path& config, std::span<const std::st
   return prepared;
 }
 
-RunIdentity MakeRunIdentity(const RunInfo& info, const EngineIdentity& engine) {
-  return {{"configuration", info.config_hash},
-          {"engine", engine.name},
-          {"build of knap-worker", engine.build},
-          {"arithmetic (processor or mathematical library)", FormatHex(engine.fingerprint)}};
-}
-
 Journal::Opened OpenRunJournal(const RunDirectory& run, const RunIdentity& identity) try {
   if (!fs::exists(run.journal_path())) return {Journal::Create(run.journal_path(), identity), {}, 0};
   return Journal::Open(run.journal_path(), identity);

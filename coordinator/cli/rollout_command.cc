@@ -18,6 +18,7 @@
 #include "coordinator/cli/request_replay.h"
 #include "coordinator/cli/rollout_arguments.h"
 #include "coordinator/run_directory/journal.h"
+#include "lcmtypes/program/standard_streams.h"
 #include "lcmtypes/wire/scenario_bundle.h"
 #include "sim/rollout/rollout.h"
 
@@ -201,7 +202,7 @@ int RunRollout(const RolloutFlags& flags) {
   std::vector<double> theta(input.theta.begin(), input.theta.end());
   theta.insert(theta.end(), input.controls.begin(), input.controls.end());
   const RolloutRecord record{scene, parameters, theta, input, output, model.forward_s, model.gradient_s};
-  fmt::print("{}", flags.json ? MakeJson(record).dump(2) + "\n" : FormatRecord(record));
+  WriteOutput(flags.json ? MakeJson(record).dump(2) + "\n" : FormatRecord(record));
   return kExitDone;
 }
 

@@ -5,10 +5,10 @@
 
 #include <cmath>
 #include <filesystem>
-#include <iostream>
 #include <utility>
 
 #include "knap/run_status_t.hpp"
+#include "lcmtypes/program/standard_streams.h"
 
 namespace knap {
 namespace {
@@ -36,7 +36,9 @@ RunRecorder::RunRecorder(const RunPlan& plan, const RunDirectory& run, ClusterSe
       rollouts_(run.rollouts_path()),
       events_(run.events_path()),
       phase_started_us_(started_us_ - static_cast<std::int64_t>(earlier_.worked_s * 1e6)) {
-  if (!quiet) reporter_.emplace(std::cerr, DetectTerminal(STDERR_FILENO));
+  if (!quiet) {
+    reporter_.emplace([this](std::string_view text) { Tell(text); }, DetectTerminal(STDERR_FILENO));
+  }
   state_.title = fmt::format("{} {}", plan_.scenario, plan_.method);
   state_.tests = plan_.tests;
   state_.workers_wanted = session_->workers_wanted();
@@ -50,7 +52,7 @@ RunRecorder::RunRecorder(const RunPlan& plan, const RunDirectory& run, ClusterSe
                         {"lcm_url", session_->lcm_url()},
                         {"key_file", FindAbsolutePath(session_->key_file())},
                         {"workers", session_->workers_wanted()},
-                        {"answers_from_journal", service_->preloaded()}});
+                        {"answers_from_journal", service_->from_journal()}});
 }
 
 RunRecorder::~RunRecorder() {
@@ -67,6 +69,18 @@ std::int64_t RunRecorder::reissued() const { return earlier_.reissued + session_
 
 void RunRecorder::RecordEvent(const std::string& event, const Json& details) {
   events_.Append(elapsed_s(), event, details);
+}
+
+void RunRecorder::TryRecordEvent(const std::string& event, const Json& details) noexcept try {
+  RecordEvent(event, details);
+} catch (const std::exception&) {
+}
+
+void RunRecorder::Tell(std::string_view text) {
+  if (!reporter_) return;  // quiet
+  const std::error_code error = WriteMessage(text);
+  if (!error || std::exchange(said_dropped_, true)) return;
+  TryRecordEvent("progress_dropped", {{"error", error.message()}});
 }
 
 void RunRecorder::OnBatchStart(const BatchStart& start) {
@@ -179,7 +193,7 @@ void RunRecorder::RecordLosses() {
     if (!told_refused_.insert(instance).second) continue;
     RecordEvent("worker_refused", {{"why", why}});
     if (reporter_) reporter_->Clear();
-    if (reporter_) fmt::print(stderr, "refused {}\n", why);
+    Tell(fmt::format("refused {}\n", why));
   }
   last_counters_ = counters;
   last_restarts_ = session_->worker_restarts();

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <cstdint>
-#include <cstdio>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "coordinator/cli/cluster_flags.h"
@@ -16,6 +16,7 @@
 #include "coordinator/cli/study_recorder.h"
 #include "coordinator/run_directory/durable_file.h"
 #include "coordinator/study/study.h"
+#include "lcmtypes/program/standard_streams.h"
 
 namespace knap {
 namespace {
@@ -69,12 +70,11 @@ void ReadPlan(const RunDirectory& study, StudyArguments* arguments) {
 
 RunDirectory MakeStudy(const StudyArguments& arguments, const PreparedScenario& prepared, const StudyOptions& options,
                        const RunInfo& info) {
-  RunDirectory study = arguments.out.empty() ? RunDirectory::CreateNamed("studies", info.scenario, info.started)
-                                             : CreateRun(arguments.out);
-  study.WriteRunInfo(info);
-  WriteFileAtomically(FindPlan(study), MakeJsonText(MakePlanJson(options), 2) + "\n");
-  WriteScenario(prepared.scenario, study);
-  return study;
+  return MakeNewRun({"studies", arguments.out}, info, [&](const RunDirectory& study) {
+    study.WriteRunInfo(info);
+    WriteFileAtomically(FindPlan(study), MakeJsonText(MakePlanJson(options), 2) + "\n");
+    WriteScenario(prepared.scenario, study);
+  });
 }
 
 Json MakeResultsJson(const StudyOptions& options, const StudyResult& result, const JournaledService& service,
@@ -111,24 +111,26 @@ Json MakeResultsJson(const StudyOptions& options, const StudyResult& result, con
   return json;
 }
 
-void PrintTable(const StudyOptions& options, const StudyResult& result, const JournaledService& service,
-                const RunDirectory& study, double wall_s) {
-  fmt::print(stderr, "\n{} methods with {} seeds each, {} rollouts in {}; success on {} variations that no run saw\n\n",
-             options.methods.size(), options.seeds, service.total(), FormatDuration(wall_s), options.tests);
-  fmt::print(stderr, "  {:<18} {:>7} {:>7} {:>7} {:>7} {:>6}  {:>10} {:>10}  {:>9}\n", "method", "median", "least",
-             "most", "mean", "std", "mean loss", "std", "rollouts");
-  fmt::print(stderr, "  {:<18} {:>6.1f}% {:>7} {:>7} {:>7} {:>6}  {:>10.4g}\n", "initial design",
-             100.0 * result.initial.success_rate, "", "", "", "", result.initial.loss_mean);
+std::string FormatTable(const StudyOptions& options, const StudyResult& result, const JournaledService& service,
+                        const RunDirectory& study, double wall_s) {
+  std::string text =
+      fmt::format("\n{} methods with {} seeds each, {} rollouts in {}; success on {} variations that no run saw\n\n",
+                  options.methods.size(), options.seeds, service.total(), FormatDuration(wall_s), options.tests);
+  text += fmt::format("  {:<18} {:>7} {:>7} {:>7} {:>7} {:>6}  {:>10} {:>10}  {:>9}\n", "method", "median", "least",
+                      "most", "mean", "std", "mean loss", "std", "rollouts");
+  text += fmt::format("  {:<18} {:>6.1f}% {:>7} {:>7} {:>7} {:>6}  {:>10.4g}\n", "initial design",
+                      100.0 * result.initial.success_rate, "", "", "", "", result.initial.loss_mean);
   for (const MethodSummary& summary : SummarizeMethods(options, result)) {
     const SeedSpread& spread = summary.spread;
-    fmt::print(stderr, "  {:<18} {:>6.1f}% {:>6.1f}% {:>6.1f}% {:>6.1f}% {:>5.1f}%  {:>10.4g} {:>10.4g}  {:>9.0f}\n",
-               GetName(summary.method), 100.0 * summary.success_median, 100.0 * summary.success_least,
-               100.0 * summary.success_most, 100.0 * spread.success_rate.mean,
-               100.0 * spread.success_rate.standard_deviation, spread.loss_mean.mean,
-               spread.loss_mean.standard_deviation, summary.rollouts_mean);
+    text += fmt::format("  {:<18} {:>6.1f}% {:>6.1f}% {:>6.1f}% {:>6.1f}% {:>5.1f}%  {:>10.4g} {:>10.4g}  {:>9.0f}\n",
+                        GetName(summary.method), 100.0 * summary.success_median, 100.0 * summary.success_least,
+                        100.0 * summary.success_most, 100.0 * spread.success_rate.mean,
+                        100.0 * spread.success_rate.standard_deviation, spread.loss_mean.mean,
+                        spread.loss_mean.standard_deviation, summary.rollouts_mean);
   }
-  fmt::print(stderr, "\n  figures   {}\n  each run  {} and so on, like those of knap learn\n", FindPlan(study).string(),
-             (study.path() / StudyRecorder::MakeRunName(result.runs.front().learning)).string());
+  return text + fmt::format("\n  figures   {}\n  each run  {} and so on, like those of knap learn\n",
+                            FindPlan(study).string(),
+                            (study.path() / StudyRecorder::MakeRunName(result.runs.front().learning)).string());
 }
 
 int RunStudyCommand(StudyArguments arguments) {
@@ -148,15 +150,14 @@ int RunStudyCommand(StudyArguments arguments) {
   if (arguments.first_seed) arguments.overrides.push_back(fmt::format("learning.seed={}", *arguments.first_seed));
   const PreparedScenario prepared = PrepareScenario(config, arguments.overrides);
   const StudyOptions options = MakeStudyOptions(arguments, prepared);
-  RunInfo info = MakeRunInfo(prepared.scenario, prepared.config_hash);
-  info.method = "study";
   const EngineIdentity engine = FindEngineIdentity(arguments.cluster.engine);
+  RunInfo info = MakeRunInfo(prepared.scenario, prepared.config_hash, engine);
+  info.method = "study";
+  ClusterSession session(arguments.cluster, engine, prepared.scenario.files, prepared.problem.parameters.controls);
   if (!study) study = MakeStudy(arguments, prepared, options, info);
-  Journal::Opened journal = OpenRunJournal(*study, MakeRunIdentity(info, engine));
-  ClusterOptions cluster = arguments.cluster;
-  cluster.directory = study->path();
-  ClusterSession session(cluster, engine, prepared.scenario.files, prepared.problem.parameters.controls);
-  JournaledService service(&session.dispatcher(), &journal.journal, journal.payloads);
+  Journal::Opened journal = OpenRunJournal(*study, info.identity);
+  session.StartWorkers(study->path());
+  JournaledService service(&session.dispatcher(), &journal.journal, std::move(journal.payloads));
   StudyRecorder recorder(prepared, options, *study, &session, &service, arguments.quiet);
   StudyResult result;
   try {
@@ -168,8 +169,8 @@ int RunStudyCommand(StudyArguments arguments) {
   recorder.Finish();
   const Json results = MakeResultsJson(options, result, service, recorder.elapsed_s());
   WriteFileAtomically(FindPlan(*study), MakeJsonText(results, 2) + "\n");
-  if (!arguments.quiet) PrintTable(options, result, service, *study, recorder.elapsed_s());
-  if (arguments.json) fmt::print("{}\n", MakeJsonText(results, 2));
+  if (!arguments.quiet) WriteMessage(FormatTable(options, result, service, *study, recorder.elapsed_s()));
+  if (arguments.json) WriteOutput(fmt::format("{}\n", MakeJsonText(results, 2)));
   return kExitDone;
 }
 

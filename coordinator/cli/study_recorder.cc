@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <iostream>
 #include <utility>
 
 #include "coordinator/cli/loaded_run.h"
 #include "knap/run_status_t.hpp"
+#include "lcmtypes/program/standard_streams.h"
 
 namespace knap {
 namespace {
@@ -32,7 +32,7 @@ StudyRecorder::StudyRecorder(const PreparedScenario& prepared, const StudyOption
     const RunDirectory& folder = folders_.emplace_back(RunDirectory::Create(path));
     followers_.emplace_back(folder.metrics_path(), prepared_.problem.parameters.names, this);
   }
-  if (!quiet) reporter_.emplace(std::cerr, DetectTerminal(STDERR_FILENO));
+  if (!quiet) reporter_.emplace(WriteMessage, DetectTerminal(STDERR_FILENO));
   session_->set_on_pump([this] { Pump(); });
 }
 
@@ -93,7 +93,7 @@ void StudyRecorder::Pump() {
   }
   if (reporter_ && !news.empty()) reporter_->Clear();
   if (reporter_) {
-    for (const std::string& line : news) fmt::print(stderr, "{}\n", line);
+    for (const std::string& line : news) WriteMessage(line + "\n");
   }
   ShowProgress();
 }

@@ -12,6 +12,7 @@
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/loaded_run.h"
 #include "coordinator/cli/problem_from_scene.h"
+#include "lcmtypes/program/standard_streams.h"
 #include "sim/rollout/rollout.h"
 #include "sim/scenarios/describe_scene.h"
 
@@ -28,7 +29,7 @@ std::string Count(std::size_t n, const std::string& what) { return fmt::format("
 
 int RunValidate(const ValidateFlags& flags) {
   if (flags.describe) {
-    fmt::print("{}", DescribeSceneFormat());
+    WriteOutput(DescribeSceneFormat());
     return kExitDone;
   }
   const LoadedScenario scenario = LoadValidScenario(flags.config, flags.overrides);
@@ -40,12 +41,13 @@ int RunValidate(const ValidateFlags& flags) {
     throw UsageError(fmt::format("{}: {}", flags.config, error.what()));
   }
   const Rollout& rollout = scene.rollout;
-  fmt::print("{}: valid: {}, {}, {}, {}, {} of {} s\n", flags.config,
-             fmt::format("{} {}", scene.bodies.size(), scene.bodies.size() == 1 ? "body" : "bodies"),
-             Count(scene.contacts.size(), "contact"),
-             Count(scene.design ? scene.design->parameters.size() : 0, "design parameter"),
-             Count(scene.variation.size(), "varied key"),
-             Count(static_cast<std::size_t>(std::llround(rollout.horizon / rollout.step)), "step"), rollout.step);
+  WriteOutput(fmt::format("{}: valid: {}, {}, {}, {}, {} of {} s\n", flags.config,
+                          fmt::format("{} {}", scene.bodies.size(), scene.bodies.size() == 1 ? "body" : "bodies"),
+                          Count(scene.contacts.size(), "contact"),
+                          Count(scene.design ? scene.design->parameters.size() : 0, "design parameter"),
+                          Count(scene.variation.size(), "varied key"),
+                          Count(static_cast<std::size_t>(std::llround(rollout.horizon / rollout.step)), "step"),
+                          rollout.step));
   return kExitDone;
 }
 

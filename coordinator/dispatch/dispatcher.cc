@@ -131,8 +131,6 @@ void Dispatcher::StopWorkers(double timeout_s) {
   if (failure_) throw std::runtime_error(*std::exchange(failure_, std::nullopt));
 }
 
-void Dispatcher::Preload(const ContentId& id, RolloutOutcome outcome) { answers_.Insert(id, {std::move(outcome), ""}); }
-
 void Dispatcher::Turn(std::int64_t wait_us) {
   const std::int64_t begin_us = clock_->now_us();
   if (begin_us - turn_ended_us_ > kPauseUs) listening_since_us_ = begin_us;

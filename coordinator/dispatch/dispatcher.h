@@ -63,9 +63,6 @@ class Dispatcher : public RolloutService {
   // Tells this run's workers to stop, again and again until all have said goodbye or `timeout_s` has passed.
   void StopWorkers(double timeout_s);
 
-  // Remembers an answer from an earlier life of the run: the query is then not computed again.
-  void Preload(const ContentId& id, RolloutOutcome outcome);
-
   // Throws std::invalid_argument for a query with fewer values than DispatchOptions::control_size.
   ContentId CalcId(const RolloutQuery& query) const;
   const ContentId& scenario() const { return scenario_server_.scenario(); }

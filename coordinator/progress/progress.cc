@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <utility>
 #include <vector>
 
 namespace knap {
@@ -130,7 +131,8 @@ TerminalTraits DetectTerminal(int file_descriptor) {
   return traits;
 }
 
-ProgressReporter::ProgressReporter(std::ostream& out, const TerminalTraits& traits) : out_(out), traits_(traits) {}
+ProgressReporter::ProgressReporter(std::function<void(std::string_view)> write, const TerminalTraits& traits)
+    : write_(std::move(write)), traits_(traits) {}
 
 void ProgressReporter::Update(const ProgressState& state) {
   bool due = true;
@@ -140,28 +142,28 @@ void ProgressReporter::Update(const ProgressState& state) {
     due = traits_.is_terminal ? since >= kBarInterval_s
                               : since >= kLineInterval_s || (new_batch && since >= kLeastLineInterval_s);
   }
-  if (due) Write(state);
+  if (due) Show(state);
 }
 
 void ProgressReporter::Clear() {
   if (!bar_drawn_) return;
-  out_ << kEraseLine << std::flush;
+  write_(kEraseLine);
   bar_drawn_ = false;
 }
 
 void ProgressReporter::Finish(const ProgressState& state) {
-  Write(state);
-  if (bar_drawn_) out_ << "\n" << std::flush;
+  Show(state);
+  if (bar_drawn_) write_("\n");
   bar_drawn_ = false;
 }
 
-void ProgressReporter::Write(const ProgressState& state) {
+void ProgressReporter::Show(const ProgressState& state) {
   if (traits_.is_terminal) {
     // The last column stays free: writing into it makes some terminals wrap.
-    out_ << kEraseLine << FormatProgressBar(state, traits_.width - 1, traits_.colour) << std::flush;
+    write_(kEraseLine + FormatProgressBar(state, traits_.width - 1, traits_.colour));
     bar_drawn_ = true;
   } else {
-    out_ << FormatProgressLine(state) << "\n" << std::flush;
+    write_(FormatProgressLine(state) + "\n");
   }
   last_ = state;
 }

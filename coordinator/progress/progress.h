@@ -5,9 +5,10 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
-#include <ostream>
 #include <string>
+#include <string_view>
 
 namespace knap {
 
@@ -59,16 +60,17 @@ TerminalTraits DetectTerminal(int file_descriptor);
 // one at least every five seconds (of Update calls: it has no timer).
 class ProgressReporter {
  public:
-  ProgressReporter(std::ostream& out, const TerminalTraits& traits);
+  // `write` gets each text as it is to appear, and decides what becomes of one that cannot be written.
+  ProgressReporter(std::function<void(std::string_view)> write, const TerminalTraits& traits);
 
   void Update(const ProgressState& state);
   void Clear();                             // wipes the bar, so that another line can be written; no effect elsewhere
   void Finish(const ProgressState& state);  // writes the last state whatever the rate, and ends the line
 
  private:
-  void Write(const ProgressState& state);
+  void Show(const ProgressState& state);
 
-  std::ostream& out_;
+  const std::function<void(std::string_view)> write_;
   TerminalTraits traits_;
   bool bar_drawn_ = false;
   std::optional<ProgressState> last_;  // as written

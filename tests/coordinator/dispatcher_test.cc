@@ -169,15 +169,6 @@ TEST(DispatcherTest, EqualQueriesAreComputedOnce) {
   EXPECT_EQ(cluster.dispatcher->counters().remembered, 4);
 }
 
-TEST(DispatcherTest, PreloadedAnswersNeedNoWorker) {
-  SimulatedCluster cluster(9);
-  const auto queries = SimulatedCluster::MakeQueries(1);
-  RolloutOutcome outcome;
-  outcome.loss = 42.0;
-  cluster.dispatcher->Preload(cluster.dispatcher->CalcId(queries[0]), outcome);
-  EXPECT_EQ(cluster.dispatcher->Evaluate(queries)[0].loss, 42.0);
-}
-
 TEST(DispatcherTest, ReportsEveryAcceptedAnswerOnce) {
   SimulatedCluster cluster(10);
   cluster.StartWorker("a", 20'000);
