@@ -18,8 +18,8 @@ function(knap_use_precompiled target name)
 endfunction()
 
 set(knap_common_headers
-  <algorithm> <array> <chrono> <cmath> <filesystem> <fstream> <functional> <map> <memory> <mutex> <optional> <set> <span>
-  <sstream> <stdexcept> <string> <thread> <unordered_map> <utility> <vector> <Eigen/Dense> <fmt/format.h>)
+  <algorithm> <array> <chrono> <cmath> <filesystem> <fstream> <functional> <map> <memory> <mutex> <optional> <set>
+  <span> <sstream> <stdexcept> <string> <thread> <unordered_map> <utility> <vector> <Eigen/Dense> <fmt/format.h>)
 knap_precompile(common HEADERS ${knap_common_headers} DEPS Eigen3::Eigen)
 # For what talks to the user or writes documents.
 knap_precompile(commands HEADERS ${knap_common_headers} <CLI/CLI.hpp> <nlohmann/json.hpp>
