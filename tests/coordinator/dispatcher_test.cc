@@ -5,7 +5,9 @@
 
 #include <atomic>
 #include <cmath>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "lcmtypes/wire/sender.h"
 #include "tests/coordinator/simulated_cluster.h"
@@ -382,7 +384,10 @@ TEST(DispatcherTest, RunStatusTellsTheRun) {
   int heard = 0;
   RefusalCounters refusals;
   std::optional<run_status_t> last;
+  std::int64_t heard_us = 0;
   while (const auto message = watcher->Receive(0)) {
+    const std::int64_t before_us = std::exchange(heard_us, message->arrival_us);
+    if (heard > 0) EXPECT_LE(heard_us - before_us, 1'000'000);
     last = Open<run_status_t>(message->bytes, RunKey(), &refusals);
     ++heard;
   }
