@@ -47,8 +47,12 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "knap-relay: listening at tcpq://{}:{}\n", host, relay.port());
     relay.Run(g_stop);
     const knap::TcpqRelayCounters& counters = relay.counters();
-    fmt::print(stderr, "knap-relay: {} clients, {} messages, {} delivered, {} dropped, {} connections refused\n",
-               counters.clients, counters.relayed, counters.delivered, counters.dropped, counters.refused);
+    fmt::print(
+        stderr,
+        "knap-relay: {} clients, {} messages, {} delivered, {} dropped, {} connections refused, {} closed for their "
+        "hunger, {} times without a descriptor\n",
+        counters.clients, counters.relayed, counters.delivered, counters.dropped, counters.refused, counters.hungry,
+        counters.accept_failures);
   } catch (const std::exception& e) {
     fmt::print(stderr, "knap-relay: {}\n", e.what());
     return 1;
