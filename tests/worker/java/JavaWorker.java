@@ -377,7 +377,7 @@ public final class JavaWorker {
     status.repeated = repeated;
     status.refused = refused;
     status.state = state;
-    status.protocol = 2;
+    status.protocol = 3;
     status.pid = (int) ProcessHandle.current().pid();
     status.unacknowledged = (int) results.values().stream().filter(kept -> !kept.acknowledged).count();
     status.queue_capacity = MAX_QUEUE;
