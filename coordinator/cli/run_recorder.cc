@@ -170,17 +170,22 @@ void RunRecorder::RecordLosses() {
     if (now != before) RecordEvent(event, {{"count", now - before}, {"total", now}});
   };
   note("workers_lost", counters.workers_lost, last_counters_.workers_lost);
+  note("workers_lacking", counters.workers_lacking, last_counters_.workers_lacking);
   note("workers_stalled", counters.workers_stalled, last_counters_.workers_stalled);
   note("requests_reissued", earlier_.reissued + counters.reissued, earlier_.reissued + last_counters_.reissued);
   note("requests_copied", counters.copied, last_counters_.copied);
   note("messages_refused", counters.refused.total(), last_counters_.refused.total());
   note("workers_restarted", session_->worker_restarts(), last_restarts_);
-  for (const auto& [instance, why] : session_->dispatcher().refused()) {
-    if (!told_refused_.insert(instance).second) continue;
-    RecordEvent("worker_refused", {{"why", why}});
-    if (reporter_) reporter_->Clear();
-    if (reporter_) fmt::print(stderr, "refused {}\n", why);
-  }
+  const auto tell = [this](const char* event, const std::string& word, const auto& workers) {
+    for (const auto& [instance, why] : workers) {
+      if (!told_workers_.insert(instance).second) continue;
+      RecordEvent(event, {{"why", why}});
+      if (reporter_) reporter_->Clear();
+      if (reporter_) fmt::print(stderr, "{}{}\n", word, why);
+    }
+  };
+  tell("worker_refused", "refused ", session_->dispatcher().refused());
+  tell("worker_left", "", session_->dispatcher().lacking());
   last_counters_ = counters;
   last_restarts_ = session_->worker_restarts();
 }

@@ -73,7 +73,7 @@ class RunRecorder : public LearningObserver {
   RunProgress progress_;
   DispatchCounters last_counters_;
   int last_restarts_ = 0;
-  std::set<std::int64_t> told_refused_;  // workers
+  std::set<std::int64_t> told_workers_;  // workers
 };
 
 }  // namespace knap
