@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "knap/run_status_t.hpp"
+#include "lcmtypes/wire/text.h"
 
 namespace knap {
 namespace {
@@ -20,7 +21,7 @@ Json MakeNumber(double value) { return std::isfinite(value) ? Json(value) : Json
 
 // Whoever reads it later may stand elsewhere. Empty: no key.
 std::string FindAbsolutePath(const std::string& path) {
-  return path.empty() ? "" : std::filesystem::absolute(path).lexically_normal().string();
+  return path.empty() ? "" : CleanText(std::filesystem::absolute(path).lexically_normal().string());
 }
 
 }  // namespace

@@ -52,12 +52,11 @@ bool Dispatcher::HasAbleWorker(const Request& request) const {
 
 void Dispatcher::CheckForWorkers(std::int64_t now_us) {
   std::string missing = CountUsableWorkers() > 0 ? "" : "no worker";
-  if (missing.empty() && !lacking_.empty()) {
-    for (const auto& [id, request] : requests_.book().requests) {
-      if (request.lacking.empty() || HasAbleWorker(request)) continue;
-      missing = fmt::format("no worker that has what request {} needs", FormatHex(id));
-      break;
-    }
+  for (const ContentId& id : requests_.book().queue) {
+    const Request& request = *requests_.FindOpen(id);
+    if (!missing.empty() || request.attempts == 0) break;  // those that nobody has tried yet come last
+    if (HasAbleWorker(request)) continue;
+    missing = fmt::format("no worker that has what request {} needs", FormatHex(id));
   }
   if (requests_.open() == 0 || missing.empty()) {
     usable_us_ = now_us;

@@ -105,8 +105,10 @@ void TcpqRelay::Account(Client* client) {
 
 bool TcpqRelay::Read(Client* client) {
   std::array<char, 65536> buffer;
-  const std::size_t most = 2 * std::max(buffer.size(), client->reader.held());  // after it has grown
-  if (held_ + most > memory_) return true;                                      // it waits until others are closed
+  // Its buffer may double, and it may subscribe as often as it may.
+  const std::size_t growth =
+      2 * std::max(buffer.size(), client->reader.held()) + kMaxPatterns * (kTcpqMaxChannel + kPatternOverhead);
+  if (held_ + growth > memory_) return true;  // it waits until others are closed
   const ssize_t size = recv(client->fd, buffer.data(), buffer.size(), 0);
   if (size == 0) return false;
   if (size < 0) return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;

@@ -35,9 +35,9 @@ class TcpqRelay {
  public:
   static constexpr std::size_t kMemory = 256 << 20;  // [byte]
 
-  // Listens at this IPv4 address; port 0 takes a free one. `memory`: what may be held for all clients together [byte]:
-  // what they do not read, their unfinished messages, their subscriptions. Throws std::runtime_error naming the
-  // address.
+  // Listens at this IPv4 address; port 0 takes a free one. `memory`, 1 MiB or more: what may be held for all clients
+  // together [byte]: what they do not read, their unfinished messages, their subscriptions. Throws std::runtime_error
+  // naming the address.
   TcpqRelay(const std::string& host, int port, std::size_t memory = kMemory);
   ~TcpqRelay();
   TcpqRelay(const TcpqRelay&) = delete;

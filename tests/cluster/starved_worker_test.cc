@@ -3,8 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <string>
 #include <vector>
@@ -125,6 +127,30 @@ TEST_F(HungryCluster, WhenAllOwnWorkersAreStarvedTheRunEndsWithTheReason) {
   setrlimit(RLIMIT_AS, &before);
   EXPECT_THAT(line, AllOf(HasSubstr("local-"), HasSubstr("out of memory")));
   EXPECT_LE(restarts, 2 * 12);  // pauses of 20 ms that double: twelve of them last longer than the run
+}
+
+TEST(LocalWorkersTest, OneThatCannotLiveIsGivenUpWhileAnotherLives) {
+  const TemporaryFolder folder;
+  const std::filesystem::path program = folder / "program";
+  std::ofstream(program) << "#!/bin/sh\ncase \"$*\" in *local-1*) exit 1 ;; esac\nexec sleep 1000\n";
+  std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+  const SteadyClock clock;
+  LocalWorkerOptions options;
+  options.count = 2;
+  options.program = program;
+  int deaths = 0;
+  LocalWorkers workers(options, &clock, [&](const std::string& name, pid_t, DeathCause) {
+    EXPECT_EQ(name, "local-1");
+    ++deaths;
+  });
+  const std::int64_t end_us = clock.now_us() + 60'000'000;
+  while (deaths < 5 && clock.now_us() < end_us) {
+    ASSERT_NO_THROW(workers.Poll());
+    usleep(5000);
+  }
+  EXPECT_EQ(deaths, 5);
+  EXPECT_EQ(workers.restarts(), 4);
+  EXPECT_EQ(workers.ListProcesses().size(), 1u);
 }
 
 // `knap learn` with one worker that may use one second of processor time. When it has left the others come.

@@ -391,6 +391,7 @@ public final class JavaWorker {
     status.engine = Bowl.NAME;
     status.build = "";  // with no fingerprint: nothing in it may be rounded in two ways
     status.host = host;
+    status.reason = "";  // it never leaves for want of anything
     publish("KNAP_WORKER_STATUS", wire.seal(status));
     statusDueAt = System.nanoTime() + STATUS_NS;
   }
