@@ -119,7 +119,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Plant{"IgnoresDigests", PlantedDefect::kIgnoresDigests, 100, "other bits than the reference's"},
                       Plant{"NoStepProgress", PlantedDefect::kNoStepProgress, 2000, "has not ended"},
                       Plant{"LeasesNeverExpire", PlantedDefect::kLeasesNeverExpire, 100, "after its death"},
-                      Plant{"ReadsAreShort", PlantedDefect::kReadsAreShort, 200, "is lost"}),
+                      Plant{"ReadsAreShort", PlantedDefect::kReadsAreShort, 1000, "is lost"}),
     [](const auto& plant) { return std::string(plant.param.name); });
 
 }  // namespace
