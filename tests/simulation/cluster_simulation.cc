@@ -320,7 +320,7 @@ class Simulation {
         FallSilent(2.0 * Draw() * Draw());
         break;
       case 6:
-        CutOneWay(index, 6.0 * Draw() * Draw(), Draw() < 0.5);
+        CutOneWay(index, 12.0 * Draw() * Draw(), Draw() < 0.5);
         break;
       case 7:
         // The first place is sound: somebody can always do the work.
