@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kStopGrace_s = 1.0;
-constexpr double kLastStatus_s = 0.5;  // a status is due within this time
+constexpr double kExternalStop_s = 5.0;  // they may be busy, and far away; who has not heard by then is left alone
 
 std::int64_t MakeRunId() {
   if (sodium_init() < 0) throw std::runtime_error("libsodium cannot start");
@@ -79,12 +79,8 @@ ClusterSession::ClusterSession(const ClusterOptions& options, const EngineIdenti
 }
 
 void ClusterSession::Finish() {
-  if (workers_) {
-    dispatcher_->StopWorkers(kStopGrace_s);
-    workers_.reset();
-  } else {
-    dispatcher_->Pump(kLastStatus_s);
-  }
+  dispatcher_->StopWorkers(workers_ ? kStopGrace_s : kExternalStop_s);
+  workers_.reset();
 }
 
 ClusterSession::~ClusterSession() {

@@ -2,7 +2,8 @@
 //
 // Own workers share a random run key in a file that only this user can read, and a bus of their own: a free port,
 // unless a URL is given by flag or LCM_DEFAULT_URL. External workers are started by hand or by a batch system; then
-// nothing is started here, and they are left alive at the end, free for the next run.
+// nothing is started here. A run that is finished tells them to stop as well; one that was interrupted, or that failed,
+// leaves them to its next life.
 #pragma once
 
 #include <cstddef>
@@ -62,7 +63,7 @@ class ClusterSession {
   // Called about 20 times a second while the service works.
   void set_on_pump(std::function<void()> hook) { on_pump_ = std::move(hook); }
 
-  // The run is over: sends its last status (see Dispatcher::SetProgress) and ends own workers. Nothing may be evaluated
+  // The run is over: sends its last status (see Dispatcher::SetProgress) and ends its workers. Nothing may be evaluated
   // afterwards.
   void Finish();
 

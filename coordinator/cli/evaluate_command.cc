@@ -130,6 +130,7 @@ int RunEvaluate(const EvaluateArguments& arguments) {
     const CountProgress progress(scene.name, scene.name, n * static_cast<std::int64_t>(thetas.size()), arguments.quiet,
                                  &session);
     tests = TestDesigns(thetas, problem.variations, n, seed, session.service());
+    session.Finish();
   }
   if (arguments.json) {
     PrintJson(scene, parameters, tests);

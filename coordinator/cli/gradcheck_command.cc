@@ -52,6 +52,7 @@ int RunGradcheck(const GradcheckFlags& flags) {
                             [&](const GradientCheckProgress& p) { progress.set_rollouts(std::max(p.asked, least)); });
     progress.Finish();
   }
+  session.Finish();
 
   if (flags.json) {
     WriteOutput(fmt::format("{}\n", MakeGradientCheckJson(report, problem, check).dump(2)));

@@ -126,6 +126,7 @@ int RunLandscape(const LandscapeArguments& arguments) {
     landscape = EvaluateLandscape(std::move(plan), session.service());
     progress.Finish();
   }
+  session.Finish();
   WriteFileAtomically(out / "landscape.csv", MakeLandscapeCsv(*landscape, parameters));
   LandscapeCaption caption;
   caption.title = fmt::format("{}: {} × {}", scene.name, arguments.x, arguments.y);

@@ -1,9 +1,7 @@
 #include "coordinator/cli/loaded_run.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <array>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
@@ -15,18 +13,13 @@
 #include "coordinator/run_directory/durable_file.h"
 #include "lcmtypes/program/standard_streams.h"
 #include "lcmtypes/wire/content_id.h"
+#include "lcmtypes/wire/text.h"
 #include "sim/rollout/check_model.h"
 
 namespace knap {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string FindHostName() {
-  std::array<char, 256> name{};
-  gethostname(name.data(), name.size() - 1);
-  return name.data();
-}
 
 std::vector<double> ReadLearnedTheta(const RunDirectory& run, std::size_t size) {
   if (!fs::exists(run.result_path())) {

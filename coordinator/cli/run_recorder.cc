@@ -9,6 +9,7 @@
 
 #include "knap/run_status_t.hpp"
 #include "lcmtypes/program/standard_streams.h"
+#include "lcmtypes/wire/text.h"
 
 namespace knap {
 namespace {
@@ -20,7 +21,7 @@ Json MakeNumber(double value) { return std::isfinite(value) ? Json(value) : Json
 
 // Whoever reads it later may stand elsewhere. Empty: no key.
 std::string FindAbsolutePath(const std::string& path) {
-  return path.empty() ? "" : std::filesystem::absolute(path).lexically_normal().string();
+  return path.empty() ? "" : CleanText(std::filesystem::absolute(path).lexically_normal().string());
 }
 
 }  // namespace
@@ -184,17 +185,22 @@ void RunRecorder::RecordLosses() {
     if (now != before) RecordEvent(event, {{"count", now - before}, {"total", now}});
   };
   note("workers_lost", counters.workers_lost, last_counters_.workers_lost);
+  note("workers_lacking", counters.workers_lacking, last_counters_.workers_lacking);
   note("workers_stalled", counters.workers_stalled, last_counters_.workers_stalled);
   note("requests_reissued", earlier_.reissued + counters.reissued, earlier_.reissued + last_counters_.reissued);
   note("requests_copied", counters.copied, last_counters_.copied);
   note("messages_refused", counters.refused.total(), last_counters_.refused.total());
   note("workers_restarted", session_->worker_restarts(), last_restarts_);
-  for (const auto& [instance, why] : session_->dispatcher().refused()) {
-    if (!told_refused_.insert(instance).second) continue;
-    RecordEvent("worker_refused", {{"why", why}});
-    if (reporter_) reporter_->Clear();
-    Tell(fmt::format("refused {}\n", why));
-  }
+  const auto tell = [this](const char* event, const std::string& word, const auto& workers) {
+    for (const auto& [instance, why] : workers) {
+      if (!told_workers_.insert(instance).second) continue;
+      RecordEvent(event, {{"why", why}});
+      if (reporter_) reporter_->Clear();
+      Tell(fmt::format("{}{}\n", word, why));
+    }
+  };
+  tell("worker_refused", "refused ", session_->dispatcher().refused());
+  tell("worker_left", "", session_->dispatcher().lacking());
   last_counters_ = counters;
   last_restarts_ = session_->worker_restarts();
 }

@@ -80,7 +80,7 @@ class RunRecorder : public LearningObserver {
   DispatchCounters last_counters_;
   int last_restarts_ = 0;
   bool said_dropped_ = false;
-  std::set<std::int64_t> told_refused_;  // workers
+  std::set<std::int64_t> told_workers_;  // workers
 };
 
 }  // namespace knap

@@ -49,9 +49,11 @@ int main(int argc, char** argv) {
     knap::WriteMessage(fmt::format("knap-relay: listening at tcpq://{}:{}\n", host, relay.port()));
     relay.Run(g_stop);
     const knap::TcpqRelayCounters& counters = relay.counters();
-    knap::WriteMessage(
-        fmt::format("knap-relay: {} clients, {} messages, {} delivered, {} dropped, {} connections refused\n",
-                    counters.clients, counters.relayed, counters.delivered, counters.dropped, counters.refused));
+    knap::WriteMessage(fmt::format(
+        "knap-relay: {} clients, {} messages, {} delivered, {} dropped, {} connections refused, {} closed for their "
+        "hunger, {} times without a descriptor\n",
+        counters.clients, counters.relayed, counters.delivered, counters.dropped, counters.refused, counters.hungry,
+        counters.accept_failures));
   } catch (const std::exception& e) {
     knap::WriteMessage(fmt::format("knap-relay: {}\n", e.what()));
     return 1;

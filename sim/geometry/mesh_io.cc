@@ -16,7 +16,9 @@
 #include <fstream>
 #include <map>
 #include <memory>
+#include <new>
 #include <stdexcept>
+#include <string_view>
 
 #include "sim/geometry/mesh_text.h"
 
@@ -52,6 +54,9 @@ void ImportTriangles(const std::string& name, std::string_view bytes, const char
   Assimp::Importer importer;
   importer.SetIOHandler(new NoFiles);  // the importer owns and deletes it
   const aiScene* scene = importer.ReadFileFromMemory(bytes.data(), bytes.size(), aiProcess_Triangulate, format);
+  // Assimp catches everything and keeps its text alone.
+  const std::string_view error = importer.GetErrorString();
+  if (scene == nullptr && error.find("bad_alloc") != std::string_view::npos) throw std::bad_alloc();
   if (scene == nullptr) Fail(name, importer.GetErrorString());
   for (unsigned i = 0; i < scene->mNumMeshes; ++i) use(*scene->mMeshes[i]);
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <new>
 #include <stdexcept>
 #include <utility>
 #include <variant>
@@ -42,6 +43,8 @@ CageDesign MakeCageDesign(const Design& design, const DesignedBody& body, const 
   TriangleMesh cage = ReadMesh(body.cage, files.at(body.cage), body.mesh_unit);
   const std::vector<VertexMove> moves = MakeMoves(design, body, cage);
   return CageDesign(std::move(mesh), std::move(cage), initial, moves);
+} catch (const std::bad_alloc&) {
+  throw;  // says nothing about the design
 } catch (const std::exception& e) {
   throw std::runtime_error(fmt::format("design of '{}': {}", body.name, e.what()));
 }

@@ -76,5 +76,10 @@ if [[ "$(read_theta reference)" != "$(read_theta external)" ]]; then
   exit 1
 fi
 cut -d, -f4 external/rollouts.csv | sort | uniq -c
-# The others are free for the next run.
+# The run has told the others to stop.
+for worker in "${others[@]}"; do wait "$worker"; done
+"$knap_worker" --lcm-url "$url" --key key --name fourth &
+fourth=$!
+children+=("$fourth")
 "$knap" evaluate external --external --lcm-url "$url" --key key --wait 600 --quiet
+wait "$fourth"

@@ -159,6 +159,8 @@ TEST_F(JavaWorkerTest, KilledInTheMiddleItIsReplacedByItsTwin) {
   ASSERT_EQ(knap.Wait(), 0) << knap.ReadErr();
   const std::vector<std::string> workers = ReadCsv(folder_ / "mixed/rollouts.csv")["worker"];
   EXPECT_EQ(std::set<std::string>(workers.begin(), workers.end()), (std::set<std::string>{"java", "twin"}));
+  EXPECT_EQ(twin->Wait(), 0);  // the run told it to stop
+  const auto next = StartCpp("knap-bowl-worker", "next");
   Learn("cpp");
   ExpectSameRun(folder_ / "mixed", folder_ / "cpp");
 }

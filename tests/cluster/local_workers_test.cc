@@ -14,6 +14,7 @@
 #include <string>
 #include <system_error>
 
+#include "coordinator/run_directory/temporary_folder.h"
 #include "lcmtypes/wire/clock.h"
 #include "tests/support/own_lcm_url.h"
 #include "tests/support/wait_for.h"
@@ -44,13 +45,11 @@ class HeldClock : public Clock {
 
 TEST(LocalWorkersTest, WorkerThatCannotLiveEndsWithItsLastLine) {
   HeldClock clock;
-  const std::filesystem::path directory =
-      std::filesystem::temp_directory_path() / fmt::format("knap-local-{}", getpid());
-  std::filesystem::create_directories(directory);
+  const TemporaryFolder folder;
   LocalWorkerOptions options;
   options.program = FindWorkerProgram("knap-test-worker");
   options.lcm_url = "udpm://1.2.3.4:5";
-  options.log_directory = directory;
+  options.log_directory = folder.path();
   int deaths = 0;
   LocalWorkers workers(options, &clock, [&](const std::string&, pid_t, DeathCause cause) {
     ++deaths;
@@ -70,7 +69,32 @@ TEST(LocalWorkersTest, WorkerThatCannotLiveEndsWithItsLastLine) {
   EXPECT_THAT(line, AllOf(HasSubstr("local-1"), HasSubstr("exit code 2"), HasSubstr("no multicast address"),
                           HasSubstr(".log")));
   EXPECT_EQ(deaths, 5);
-  std::filesystem::remove_all(directory);
+}
+
+TEST(LocalWorkersTest, OneThatCannotLiveIsGivenUpWhileAnotherLives) {
+  const TemporaryFolder folder;
+  const std::filesystem::path program = folder / "program";
+  std::ofstream(program) << "#!/bin/sh\ncase \"$*\" in *local-1*) exit 1 ;; esac\nexec sleep 1000000\n";
+  std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+  HeldClock clock;
+  LocalWorkerOptions options;
+  options.count = 2;
+  options.program = program;
+  int deaths = 0;
+  LocalWorkers workers(options, &clock, [&](const std::string& name, pid_t, DeathCause) {
+    EXPECT_EQ(name, "local-1");
+    ++deaths;
+  });
+  ASSERT_TRUE(WaitFor([&] {
+    const int before = deaths;
+    workers.Poll();
+    if (deaths > before) clock.Advance(60'000'000);  // past the pause before it is started again
+    return deaths == 5;
+  }));
+  clock.Advance(60'000'000);
+  workers.Poll();
+  EXPECT_EQ(workers.restarts(), 4);
+  EXPECT_EQ(workers.ListProcesses().size(), 1u);
 }
 
 bool IsGone(pid_t pid) {

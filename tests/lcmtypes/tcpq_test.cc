@@ -5,11 +5,14 @@
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -105,7 +108,8 @@ TEST(TcpqStreamTest, UrlsAreParsed) {
 // A relay in a thread.
 class RunningRelay {
  public:
-  explicit RunningRelay(int port = 0) : relay_("127.0.0.1", port), thread_([this] { relay_.Run(stop_); }) {}
+  explicit RunningRelay(int port = 0, std::size_t memory = TcpqRelay::kMemory)
+      : relay_("127.0.0.1", port, memory), thread_([this] { relay_.Run(stop_); }) {}
   ~RunningRelay() { Stop(); }
   void Stop() {
     stop_ = true;
@@ -124,7 +128,9 @@ class RunningRelay {
 // A client that says what it likes.
 class RawClient {
  public:
-  explicit RawClient(int port) : fd_(socket(AF_INET, SOCK_STREAM, 0)) {
+  explicit RawClient(int port) : RawClient() { Connect(port); }
+  RawClient() : fd_(socket(AF_INET, SOCK_STREAM, 0)) {}
+  void Connect(int port) const {
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_port = htons(static_cast<std::uint16_t>(port));
@@ -134,7 +140,14 @@ class RawClient {
     }
   }
   ~RawClient() { close(fd_); }
+  RawClient(const RawClient&) = delete;
+  RawClient& operator=(const RawClient&) = delete;
   void Send(const std::string& bytes) const { send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL); }
+  // Waits for the relay's greeting.
+  bool IsGreeted() const {
+    std::array<char, 8> hello{};
+    return recv(fd_, hello.data(), hello.size(), MSG_WAITALL) == static_cast<ssize_t>(hello.size());
+  }
 
  private:
   int fd_;
@@ -300,6 +313,70 @@ TEST(TcpqRelayTest, ClientThatDoesNotReadHoldsUpNobody) {
   EXPECT_EQ(sender.counters().publish_failures, 0);
   relay.Stop();
   EXPECT_GT(relay.counters().dropped, 0);
+}
+
+// Ten clients that listen to everything and read nothing: together they would hold 40 MB, each for itself within its
+// bound. The relay holds 2 MB, and whoever reads gets what is sent.
+TEST(TcpqRelayTest, MemoryForAllClientsTogetherIsBounded) {
+  constexpr std::size_t kMemory = 2 << 20;
+  RunningRelay relay(0, kMemory);
+  std::deque<RawClient> frozen;
+  for (int i = 0; i < 10; ++i) {
+    frozen.emplace_back(relay.port());
+    frozen.back().Send(EncodeTcpqHello(kTcpqClientMagic) + EncodeTcpqMessage(TcpqType::kSubscribe, "BULK", nullptr, 0));
+  }
+  TcpqTransport receiver(relay.url(), {"PACE"}, &kClock);
+  TcpqTransport sender(relay.url(), {}, &kClock);
+  WaitForPath(&sender, &receiver, "PACE");
+  const std::vector<std::uint8_t> bytes(60'000, 1);
+  int tries = 0;
+  for (int i = 0; i < 400; ++i) {  // 24 MB for each of them: more than the kernel's buffers hold
+    sender.Publish("BULK", bytes);
+    // At the relay's speed: this comes back when all before it has been taken. It may be lost, for memory is short.
+    ASSERT_TRUE(WaitFor([&] {
+      const std::vector<std::uint8_t> pace = MakeBytes(std::to_string(++tries));
+      sender.Publish("PACE", pace);
+      std::optional<Message> message = receiver.Receive(100'000);
+      while (message && message->bytes != pace) message = receiver.Receive(100'000);
+      return message.has_value();
+    }));
+  }
+  relay.Stop();
+  EXPECT_GT(relay.counters().hungry, 0);
+  EXPECT_GT(relay.counters().most_held, static_cast<std::int64_t>(kMemory / 2));
+  EXPECT_LE(relay.counters().most_held, static_cast<std::int64_t>(kMemory));
+}
+
+// A client knocks and the process has no descriptor left: the knock waits in the kernel's queue, and whoever asks the
+// kernel at once again does so without end. It is let in when there is a descriptor, and the others are served
+// meanwhile.
+TEST(TcpqRelayTest, WithoutDescriptorsItWaitsAndServes) {
+  RunningRelay relay;
+  TcpqTransport receiver(relay.url(), {"KNAP_A"}, &kClock);
+  TcpqTransport sender(relay.url(), {}, &kClock);
+  WaitForPath(&sender, &receiver, "KNAP_A");
+  const RawClient late;
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  std::vector<int> taken;  // every descriptor below the limit
+  const rlimit low{64, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &low), 0);
+  for (int fd = dup(0); fd >= 0; fd = dup(0)) taken.push_back(fd);
+  const std::int64_t begin_us = kClock.now_us();
+  late.Connect(relay.port());
+  int answered = 0;
+  for (int i = 0; i < 300; ++i) {  // each makes the relay look at its sockets, the knock among them
+    sender.Publish("KNAP_A", MakeBytes("served"));
+    answered += receiver.Receive(kLongUs) ? 1 : 0;
+  }
+  EXPECT_EQ(answered, 300);
+  const std::int64_t waited_us = kClock.now_us() - begin_us;
+  for (const int fd : taken) close(fd);
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &before), 0);
+  EXPECT_TRUE(late.IsGreeted());
+  relay.Stop();
+  EXPECT_GT(relay.counters().accept_failures, 0);
+  EXPECT_LE(relay.counters().accept_failures, waited_us / 100'000 + 2);  // one a pause, however fast the machine is
 }
 
 TEST(TcpqRelayTest, StrangersBytesAreSurvived) {
