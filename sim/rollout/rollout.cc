@@ -11,7 +11,7 @@
 #include "sim/math/overloaded.h"
 #include "sim/rollout/height_loss.h"
 #include "sim/rollout/point_target.h"
-#include "sim/scenarios/numeric_keys.h"
+#include "sim/scenarios/apply_variation.h"
 #include "sim/scenarios/scenario_files.h"
 
 namespace knap {
