@@ -15,6 +15,7 @@
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/loaded_run.h"
 #include "coordinator/cli/problem_from_scene.h"
+#include "coordinator/cli/request_volume.h"
 #include "coordinator/cli/rollout_arguments.h"
 #include "coordinator/gradcheck/gradient_check.h"
 #include "coordinator/gradcheck/gradient_check_report.h"
@@ -38,6 +39,9 @@ int RunGradcheck(const GradcheckFlags& flags) {
   check.tolerance = flags.tolerance.value_or(demand.tolerance);
   check.flagged = demand.flagged;
   const Problem problem = MakeProblem(scenario.parsed.scene, scenario.files);
+  const auto d = static_cast<double>(problem.parameters.names.size());
+  CheckRequestVolume("--rollouts", {static_cast<double>(check.rollouts), static_cast<double>(kQueriesPerParameter), d},
+                     problem.parameters.names.size() + problem.variations.size());
   ClusterSession session(flags.cluster, FindEngineIdentity(flags.cluster.engine), scenario.files,
                          problem.parameters.controls);
 
@@ -46,8 +50,10 @@ int RunGradcheck(const GradcheckFlags& flags) {
     const std::int64_t least = CalcLeastRollouts(problem, check);
     const std::string& name = scenario.parsed.scene.name;
     CountProgress progress(name, name + " gradient check", least, false, &session);
-    report = CheckGradients(problem, check, session.service(),
-                            [&](const GradientCheckProgress& p) { progress.set_rollouts(std::max(p.asked, least)); });
+    const GradientCheckObserver observer{
+        .on_round = [&](const GradientCheckProgress& p) { progress.set_rollouts(std::max(p.asked, least)); },
+        .on_verdict = [&](const CheckedRollout& rollout) { progress.Say(FormatVerdict(rollout)); }};
+    report = CheckGradients(problem, check, session.service(), observer);
     progress.Finish();
   }
 

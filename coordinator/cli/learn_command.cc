@@ -12,6 +12,7 @@
 #include "coordinator/cli/cluster_flags.h"
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/loaded_run.h"
+#include "coordinator/cli/loss_unit.h"
 #include "coordinator/cli/prepared_scenario.h"
 #include "coordinator/cli/problem_from_scene.h"
 #include "coordinator/cli/run_recorder.h"
@@ -82,11 +83,14 @@ std::string FormatRate(const TestSummary& test) {
 void PrintSummary(const Scene& scene, const ResultDocument& document, const RunDirectory& run, bool has_picture) {
   fmt::print(stderr, "\n{}: learned with {} ({} rollouts) in {}\n", document.scenario, document.method,
              document.rollouts_total, FormatDuration(document.wall_s));
-  if (scene.success)
+  if (scene.success) {
     fmt::print(stderr, "  success   {} -> {} of {} unseen variations (95% interval)\n",
                FormatRate(document.test_initial), FormatRate(document.test_learned), document.test_learned.variations);
-  fmt::print(stderr, "  mean loss {:.4g} -> {:.4g}\n", document.test_initial.loss_mean,
-             document.test_learned.loss_mean);
+  } else {
+    fmt::print(stderr, "  success   no success test\n");
+  }
+  fmt::print(stderr, "  mean loss {:.4g} -> {:.4g}{}\n", document.test_initial.loss_mean,
+             document.test_learned.loss_mean, FormatLossUnit(scene));
   if (scene.design) {
     fmt::print(stderr, "  tool      {} (millimetres, ready to print)\n",
                (run.tool_path() / (scene.design->bodies.size() == 1 ? "learned.stl" : "learned_*.stl")).string());
@@ -110,6 +114,7 @@ ResultDocument LearnAndTest(const PreparedScenario& prepared, JournaledService& 
   document.seed = prepared.options.seed;
   document.parameters = prepared.problem.parameters;
   document.learned = learned.theta;
+  document.has_success = prepared.scenario.parsed.scene.success.has_value();
   document.test_initial = test(prepared.problem.parameters.initial);
   document.test_learned = test(learned.theta);
   document.rollouts_total = service.total();
@@ -155,7 +160,8 @@ int RunLearn(const LearnArguments& arguments) {
   ClusterSession session(cluster, engine, prepared.scenario.files, prepared.problem.parameters.controls);
   JournaledService service(&session.dispatcher(), &journal.journal, journal.payloads);
   const RunPlan plan{prepared.scenario.parsed.scene.name, GetName(prepared.options.method),
-                     prepared.problem.parameters.names, CalcMostRollouts(prepared.options), 2 * CountTests(prepared)};
+                     prepared.problem.parameters.names,   FormatLossUnit(prepared.scenario.parsed.scene),
+                     CalcMostRollouts(prepared.options),  2 * CountTests(prepared)};
   RunRecorder recorder(plan, run, &session, &service, arguments.quiet);
   ResultDocument document;
   try {

@@ -15,9 +15,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// JSON has no infinity: the loss of a batch in which nothing was trusted is null.
-Json MakeNumber(double value) { return std::isfinite(value) ? Json(value) : Json(); }
-
 // Whoever reads it later may stand elsewhere. Empty: no key.
 std::string FindAbsolutePath(const std::string& path) {
   return path.empty() ? "" : std::filesystem::absolute(path).lexically_normal().string();
@@ -38,6 +35,7 @@ RunRecorder::RunRecorder(const RunPlan& plan, const RunDirectory& run, ClusterSe
       phase_started_us_(started_us_ - static_cast<std::int64_t>(earlier_.worked_s * 1e6)) {
   if (!quiet) reporter_.emplace(std::cerr, DetectTerminal(STDERR_FILENO));
   state_.title = fmt::format("{} {}", plan_.scenario, plan_.method);
+  state_.loss_unit = plan_.loss_unit;
   state_.tests = plan_.tests;
   state_.workers_wanted = session_->workers_wanted();
   progress_.state = run_status_t::kWaiting;
@@ -114,8 +112,8 @@ void RunRecorder::OnBatchBox(const BatchBox& box) {
 void RunRecorder::OnBatchEnd(const BatchEnd& end) {
   RecordEvent("batch_end", {{"batch", end.batch},
                             {"theta", end.theta},
-                            {"start_loss", MakeNumber(end.start_loss)},
-                            {"best_loss", MakeNumber(end.best_loss)},
+                            {"start_loss", MakeJsonNumber(end.start_loss)},
+                            {"best_loss", MakeJsonNumber(end.best_loss)},
                             {"evaluations", end.evaluations},
                             {"rejected", end.rejected},
                             {"stop", GetName(end.stop)}});
@@ -197,7 +195,7 @@ void RunRecorder::PublishProgress() {
   state_.elapsed_s = static_cast<double>(clock_.now_us() - phase_started_us_) * 1e-6;
   state_.rollouts = service_->answered();
   if (state_.phase == ProgressPhase::kTesting && state_.tested < plan_.tests) {
-    state_.tested = static_cast<int>(service_->answered() - test_begin_total_);
+    state_.tested = service_->answered() - test_begin_total_;
   }
   state_.workers_alive = dispatcher.CountUsableWorkers();
   state_.retries = dispatcher.counters().reissued;

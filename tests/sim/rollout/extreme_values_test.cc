@@ -85,7 +85,8 @@ bodies:
     joint: {type: free}
     shape: {type: sphere, radius: 7 mm}
     inertia: {type: solid, mass: 1.4 g}
-    initial: {position: [0 mm, 6.9 mm, 7 mm], velocity: [1 mm/s, 2 mm/s, 3 mm/s], angular_velocity: [1 rad/s, 0 rad/s, 0 rad/s]}
+    initial: {position: [0 mm, 6.9 mm, 7 mm], velocity: [1 mm/s, 2 mm/s, 3 mm/s],
+              angular_velocity: [1 rad/s, 0 rad/s, 0 rad/s]}
 ropes:
   - name: cord
     links: 3
@@ -128,7 +129,8 @@ loss:
     - {type: point_target, body: pill, point: [0 mm, 0 mm, 1 cm], sample_period: 4 ms, weight: 10, length_unit: 1 cm,
        targets: [{from: 0 s, position: [1 cm, 2 cm, 3 cm]}, {from: 8 ms, position: [0 m, 0 m, 1 m]}]}
   distillation:
-    - {type: position_match, body: pea, axes: [x, y], sample_period: 8 ms, normalize: mean, weight: 5, length_unit: 1 cm}
+    - {type: position_match, body: pea, axes: [x, y], sample_period: 8 ms, normalize: mean, weight: 5,
+       length_unit: 1 cm}
     - {type: height_match, rope: cord, sample_period: 4 ms, until: 16 ms, normalize: mean, length_unit: 1 cm}
 success: {type: crosses_opening, body: pea, axis: y, at: 7 mm, opening_axis: x, opening_half_width: 20 mm}
 controls: {actuators: [slider, hinge], interval: 8 ms, initial: 0.5}
