@@ -39,9 +39,11 @@ int RunGradcheck(const GradcheckFlags& flags) {
   check.tolerance = flags.tolerance.value_or(demand.tolerance);
   check.flagged = demand.flagged;
   const Problem problem = MakeProblem(scenario.parsed.scene, scenario.files);
-  const auto d = static_cast<double>(problem.parameters.names.size());
-  CheckRequestVolume("--rollouts", {static_cast<double>(check.rollouts), static_cast<double>(kQueriesPerParameter), d},
-                     problem.parameters.names.size() + problem.variations.size());
+  const std::size_t d = problem.parameters.names.size();
+  CheckRequestVolume("--rollouts", {static_cast<double>(check.rollouts)}, 2 * d + problem.variations.size());
+  CheckRequestVolume(fmt::format("differences in {} parameters", d),
+                     {static_cast<double>(kQueriesPerParameter), static_cast<double>(d)},
+                     d + problem.variations.size());
   ClusterSession session(flags.cluster, FindEngineIdentity(flags.cluster.engine), scenario.files,
                          problem.parameters.controls);
 

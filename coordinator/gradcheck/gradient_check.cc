@@ -15,6 +15,8 @@
 namespace knap {
 namespace {
 
+constexpr std::size_t kLeastRound = 256;  // rollouts asked for in one call while there are as many
+
 bool HasNumbers(const RolloutOutcome& outcome) {
   return std::isfinite(outcome.loss) &&
          std::all_of(outcome.gradient.begin(), outcome.gradient.end(), [](double g) { return std::isfinite(g); });
@@ -113,12 +115,13 @@ class GradientChecker {
     int step;
   };
 
-  // Round by round the next steps of all parameters that are not settled.
+  // Round by round the next steps of all parameters that are not settled, of so many rollouts that a round keeps
+  // workers busy: what is settled can be told while the others still run.
   void Compare() {
     while (!open_.empty()) {
       std::vector<Quotient> quotients;
       std::vector<RolloutQuery> queries;
-      for (std::size_t c = 0; c < open_.size(); ++c) {
+      for (std::size_t c = 0; c < open_.size() && queries.size() < kLeastRound; ++c) {
         for (std::size_t p = 0; p < range_.size(); ++p) {
           if (open_[c].settled[p]) continue;
           for (const int step : open_[c].ladders[p].ListNextSteps()) {
@@ -196,7 +199,7 @@ class GradientChecker {
     if (observer_.on_verdict) observer_.on_verdict(*rollout);
   }
 
-  // A round in one call: it keeps any number of workers busy.
+  // A round in one call.
   std::vector<RolloutOutcome> Ask(std::span<const RolloutQuery> queries) {
     report_.evaluated += static_cast<std::int64_t>(queries.size());
     if (observer_.on_round) {

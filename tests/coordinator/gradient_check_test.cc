@@ -101,6 +101,17 @@ TEST_F(GradientCheck, TellsEachVerdictAsItComes) {
   EXPECT_EQ(report.disagreed, 1);
 }
 
+// A hundred rollouts are many rounds, and those of the first are told before the last one is asked.
+TEST_F(GradientCheck, TellsVerdictsBeforeAllIsAsked) {
+  options_.rollouts = 100;
+  std::vector<int> calls;  // when each verdict was told
+  CheckGradients(problem_, options_, service_,
+                 {.on_round = {}, .on_verdict = [&](const CheckedRollout&) { calls.push_back(service_.calls); }});
+  ASSERT_EQ(calls.size(), 100u);
+  EXPECT_EQ(calls.front(), 2);  // the draws, and the first round of differences
+  EXPECT_GE(calls.back(), 5);   // 1,200 differences
+}
+
 TEST_F(GradientCheck, IsReproducible) {
   const GradientCheckReport first = Check(), second = Check();
   EXPECT_EQ(MakeGradientCheckJson(first, problem_, options_), MakeGradientCheckJson(second, problem_, options_));
