@@ -12,7 +12,7 @@ CountProgress::CountProgress(const std::string& scenario, const std::string& tit
     : session_(session) {
   state_.title = title;
   state_.phase = ProgressPhase::kTesting;
-  state_.tests = static_cast<int>(rollouts);
+  state_.tests = rollouts;
   state_.workers_wanted = session->workers_wanted();
   status_.scenario = scenario;
   status_.state = run_status_t::kEvaluating;
@@ -26,6 +26,12 @@ CountProgress::~CountProgress() {
   if (reporter_) reporter_->Clear();
 }
 
+void CountProgress::Say(const std::string& line) {
+  if (!reporter_) return;
+  reporter_->Clear();
+  WriteMessage(line + "\n");
+}
+
 void CountProgress::Finish() {
   Refresh();
   if (reporter_) reporter_->Finish(state_);
@@ -35,7 +41,7 @@ void CountProgress::Refresh() {
   const Dispatcher& dispatcher = session_->dispatcher();
   state_.elapsed_s = static_cast<double>(clock_.now_us() - started_us_) * 1e-6;
   state_.rollouts = dispatcher.counters().computed;
-  state_.tested = static_cast<int>(state_.rollouts);
+  state_.tested = state_.rollouts;
   state_.workers_alive = dispatcher.CountUsableWorkers();
   state_.retries = dispatcher.counters().reissued;
 }

@@ -15,6 +15,7 @@
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/loaded_run.h"
 #include "coordinator/cli/problem_from_scene.h"
+#include "coordinator/cli/request_volume.h"
 #include "coordinator/cli/rollout_arguments.h"
 #include "coordinator/gradcheck/gradient_check.h"
 #include "coordinator/gradcheck/gradient_check_report.h"
@@ -39,6 +40,11 @@ int RunGradcheck(const GradcheckFlags& flags) {
   check.tolerance = flags.tolerance.value_or(demand.tolerance);
   check.flagged = demand.flagged;
   const Problem problem = MakeProblem(scenario.parsed.scene, scenario.files);
+  const std::size_t d = problem.parameters.names.size();
+  CheckRequestVolume("--rollouts", {static_cast<double>(check.rollouts)}, 2 * d + problem.variations.size());
+  CheckRequestVolume(fmt::format("differences in {} parameters", d),
+                     {static_cast<double>(kQueriesPerParameter), static_cast<double>(d)},
+                     d + problem.variations.size());
   ClusterSession session(flags.cluster, FindEngineIdentity(flags.cluster.engine), scenario.files,
                          problem.parameters.controls);
   session.StartWorkers();
@@ -48,8 +54,10 @@ int RunGradcheck(const GradcheckFlags& flags) {
     const std::int64_t least = CalcLeastRollouts(problem, check);
     const std::string& name = scenario.parsed.scene.name;
     CountProgress progress(name, name + " gradient check", least, false, &session);
-    report = CheckGradients(problem, check, session.service(),
-                            [&](const GradientCheckProgress& p) { progress.set_rollouts(std::max(p.asked, least)); });
+    const GradientCheckObserver observer{
+        .on_round = [&](const GradientCheckProgress& p) { progress.set_rollouts(std::max(p.asked, least)); },
+        .on_verdict = [&](const CheckedRollout& rollout) { progress.Say(FormatVerdict(rollout)); }};
+    report = CheckGradients(problem, check, session.service(), observer);
     progress.Finish();
   }
   session.Finish();

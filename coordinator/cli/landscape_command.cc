@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -16,7 +15,9 @@
 #include "coordinator/cli/count_progress.h"
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/loaded_run.h"
+#include "coordinator/cli/loss_unit.h"
 #include "coordinator/cli/problem_from_scene.h"
+#include "coordinator/cli/request_volume.h"
 #include "coordinator/cli/rollout_arguments.h"
 #include "coordinator/cli/theta_choice.h"
 #include "coordinator/landscape/landscape.h"
@@ -78,17 +79,18 @@ std::string FormatPoint(const Landscape& landscape, const ParameterSpec& paramet
   return format(plan.x, cell % plan.x.values.size()) + ", " + format(plan.y, cell / plan.x.values.size());
 }
 
-void PrintSummary(const Landscape& landscape, const ParameterSpec& parameters, bool has_success, const fs::path& out) {
+void PrintSummary(const Landscape& landscape, const ParameterSpec& parameters, const Scene& scene,
+                  const fs::path& out) {
   const std::vector<LandscapeCell>& cells = landscape.cells;
   std::size_t least = 0, best = 0, untrusted = 0;
   for (std::size_t k = 0; k < cells.size(); ++k) {
-    if (cells[k].loss < cells[least].loss || std::isnan(cells[least].loss)) least = k;
+    if (cells[k].loss < cells[least].loss) least = k;
     if (cells[k].success_rate > cells[best].success_rate) best = k;
     untrusted += cells[k].not_finite + cells[k].not_converged > 0 ? 1 : 0;
   }
-  WriteOutput(
-      fmt::format("least mean loss  {:.4g} at {}\n", cells[least].loss, FormatPoint(landscape, parameters, least)));
-  if (has_success) {
+  WriteOutput(fmt::format("least mean loss  {:.4g}{} at {}\n", cells[least].loss, FormatLossUnit(scene),
+                          FormatPoint(landscape, parameters, least)));
+  if (scene.success) {
     WriteOutput(fmt::format("most successes   {:.1f}% at {}\n", 100.0 * cells[best].success_rate,
                             FormatPoint(landscape, parameters, best)));
   }
@@ -111,6 +113,11 @@ int RunLandscape(const LandscapeArguments& arguments) {
   plan.y = MakeAxis(parameters, FindParameter(arguments.y, "--y", parameters), arguments.grid);
   if (plan.x.parameter == plan.y.parameter) throw UsageError("--y: expected another parameter than --x");
   plan.theta = ChooseTheta(choice, parameters, [&] { return source.ReadLearned(parameters.names.size()); });
+  const bool many = !arguments.variation && !problem.variations.empty();
+  CheckRequestVolume("--grid and --variations",
+                     {static_cast<double>(arguments.grid), static_cast<double>(arguments.grid),
+                      many ? arguments.variations.value_or(kDefaultVariations) : 1.0},
+                     parameters.names.size() + problem.variations.size());
   const ChosenVariations variations = ChooseVariations(arguments, scene, problem);
   plan.variations = variations.values;
   const std::int64_t rollouts = CalcRolloutCount(plan);
@@ -135,7 +142,7 @@ int RunLandscape(const LandscapeArguments& arguments) {
   caption.theta_name = choice == "initial" || choice == "learned" ? choice : "given design";
   caption.has_success = scene.success.has_value();
   WriteFileAtomically(out / "landscape.svg", DrawLandscape(*landscape, parameters, caption));
-  PrintSummary(*landscape, parameters, caption.has_success, out);
+  PrintSummary(*landscape, parameters, scene, out);
   return kExitDone;
 }
 

@@ -12,6 +12,7 @@
 #include "coordinator/cli/cluster_flags.h"
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/loaded_run.h"
+#include "coordinator/cli/loss_unit.h"
 #include "coordinator/cli/prepared_scenario.h"
 #include "coordinator/cli/problem_from_scene.h"
 #include "coordinator/cli/run_recorder.h"
@@ -86,12 +87,15 @@ std::string FormatSummary(const Scene& scene, const ResultDocument& document, co
                           bool has_picture) {
   std::string text = fmt::format("\n{}: learned with {} ({} rollouts) in {}\n", document.scenario, document.method,
                                  document.rollouts_total, FormatDuration(document.wall_s));
-  if (scene.success)
+  if (scene.success) {
     text +=
         fmt::format("  success   {} -> {} of {} unseen variations (95% interval)\n", FormatRate(document.test_initial),
                     FormatRate(document.test_learned), document.test_learned.variations);
-  text +=
-      fmt::format("  mean loss {:.4g} -> {:.4g}\n", document.test_initial.loss_mean, document.test_learned.loss_mean);
+  } else {
+    text += "  success   no success test\n";
+  }
+  text += fmt::format("  mean loss {:.4g} -> {:.4g}{}\n", document.test_initial.loss_mean,
+                      document.test_learned.loss_mean, FormatLossUnit(scene));
   if (scene.design) {
     text +=
         fmt::format("  tool      {} (millimetres, ready to print)\n",
@@ -117,6 +121,7 @@ ResultDocument LearnAndTest(const PreparedScenario& prepared, JournaledService& 
   document.seed = prepared.options.seed;
   document.parameters = prepared.problem.parameters;
   document.learned = learned.theta;
+  document.has_success = prepared.scenario.parsed.scene.success.has_value();
   document.test_initial = test(prepared.problem.parameters.initial);
   document.test_learned = test(learned.theta);
   document.rollouts_total = service.total();
@@ -161,7 +166,8 @@ int RunLearn(const LearnArguments& arguments) {
   session.StartWorkers(run.path());
   JournaledService service(&session.dispatcher(), &journal.journal, std::move(journal.payloads));
   const RunPlan plan{prepared.scenario.parsed.scene.name, GetName(prepared.options.method),
-                     prepared.problem.parameters.names, CalcMostRollouts(prepared.options), 2 * CountTests(prepared)};
+                     prepared.problem.parameters.names,   FormatLossUnit(prepared.scenario.parsed.scene),
+                     CalcMostRollouts(prepared.options),  2 * CountTests(prepared)};
   RunRecorder recorder(plan, run, &session, &service, arguments.quiet);
   ResultDocument document;
   try {

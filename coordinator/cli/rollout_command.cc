@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <cmath>
 #include <cstdint>
 #include <iterator>
 #include <memory>
@@ -14,10 +13,12 @@
 
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/loaded_run.h"
+#include "coordinator/cli/loss_unit.h"
 #include "coordinator/cli/problem_from_scene.h"
 #include "coordinator/cli/request_replay.h"
 #include "coordinator/cli/rollout_arguments.h"
 #include "coordinator/run_directory/journal.h"
+#include "coordinator/run_directory/result_document.h"
 #include "lcmtypes/program/standard_streams.h"
 #include "lcmtypes/wire/scenario_bundle.h"
 #include "sim/rollout/rollout.h"
@@ -55,10 +56,6 @@ struct RolloutRecord {
   double forward_s, gradient_s;
 };
 
-nlohmann::ordered_json MakeNumber(double value) {
-  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
-}
-
 // dloss/dtheta_i; empty when the rollout has no gradient.
 std::optional<double> GetDerivative(const RolloutRecord& record, std::size_t i) {
   const Eigen::VectorXd& design = record.output.gradient;
@@ -77,7 +74,7 @@ nlohmann::ordered_json MakeJson(const RolloutRecord& record) {
     const std::string& name = record.parameters.names[i];
     const std::optional<double> derivative = GetDerivative(record, i);
     theta[name] = record.theta[i];
-    gradient[name] = derivative ? MakeNumber(*derivative) : nullptr;
+    gradient[name] = derivative ? MakeJsonNumber(*derivative) : nullptr;
   }
   nlohmann::ordered_json variation = nlohmann::ordered_json::object();
   for (std::size_t i = 0; i < record.input.variation.size(); ++i) {
@@ -86,8 +83,8 @@ nlohmann::ordered_json MakeJson(const RolloutRecord& record) {
   return {{"scenario", record.scene.name},
           {"theta", std::move(theta)},
           {"variation", std::move(variation)},
-          {"loss", MakeNumber(output.loss)},
-          {"success", output.success},
+          {"loss", MakeJsonNumber(output.loss)},
+          {"success", record.scene.success ? nlohmann::ordered_json(output.success) : nullptr},
           {"gradient", std::move(gradient)},
           {"steps", output.steps},
           {"forward_s", record.forward_s},
@@ -96,8 +93,8 @@ nlohmann::ordered_json MakeJson(const RolloutRecord& record) {
            {{"finite", output.certificate.finite},
             {"converged", output.certificate.converged},
             {"smooth", output.smooth},
-            {"loss_rounding", MakeNumber(output.loss_rounding)},
-            {"worst_residual", MakeNumber(output.certificate.worst_residual)},
+            {"loss_rounding", MakeJsonNumber(output.loss_rounding)},
+            {"worst_residual", MakeJsonNumber(output.certificate.worst_residual)},
             {"subdivided_steps", output.certificate.subdivided_steps},
             {"contact_onsets", output.certificate.contact_onsets}}}};
 }
@@ -107,10 +104,10 @@ std::string FormatRecord(const RolloutRecord& record) {
   const auto yes = [](bool value) { return value ? "yes" : "no"; };
   std::string text;
   const auto out = std::back_inserter(text);
-  fmt::format_to(
-      out, "loss       {:.9g}{}\n", output.loss,
-      record.input.theta_reference.size() + record.input.controls_reference.size() > 0 ? "  (distillation)" : "");
-  fmt::format_to(out, "success    {}\n", yes(output.success));
+  const bool distils = record.input.theta_reference.size() + record.input.controls_reference.size() > 0;
+  fmt::format_to(out, "loss       {:.9g}{}\n", output.loss,
+                 distils ? "  (distillation)" : FormatLossUnit(record.scene));
+  fmt::format_to(out, "success    {}\n", record.scene.success ? yes(output.success) : "no success test");
   fmt::format_to(out, "steps      {}\n", output.steps);
   fmt::format_to(out, "time       {:.1f} ms forward, {:.1f} ms gradient\n", 1e3 * record.forward_s,
                  1e3 * record.gradient_s);

@@ -16,9 +16,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// JSON has no infinity: the loss of a batch in which nothing was trusted is null.
-Json MakeNumber(double value) { return std::isfinite(value) ? Json(value) : Json(); }
-
 // Whoever reads it later may stand elsewhere. Empty: no key.
 std::string FindAbsolutePath(const std::string& path) {
   return path.empty() ? "" : CleanText(std::filesystem::absolute(path).lexically_normal().string());
@@ -41,6 +38,7 @@ RunRecorder::RunRecorder(const RunPlan& plan, const RunDirectory& run, ClusterSe
     reporter_.emplace([this](std::string_view text) { Tell(text); }, DetectTerminal(STDERR_FILENO));
   }
   state_.title = fmt::format("{} {}", plan_.scenario, plan_.method);
+  state_.loss_unit = plan_.loss_unit;
   state_.tests = plan_.tests;
   state_.workers_wanted = session_->workers_wanted();
   progress_.state = run_status_t::kWaiting;
@@ -129,8 +127,8 @@ void RunRecorder::OnBatchBox(const BatchBox& box) {
 void RunRecorder::OnBatchEnd(const BatchEnd& end) {
   RecordEvent("batch_end", {{"batch", end.batch},
                             {"theta", end.theta},
-                            {"start_loss", MakeNumber(end.start_loss)},
-                            {"best_loss", MakeNumber(end.best_loss)},
+                            {"start_loss", MakeJsonNumber(end.start_loss)},
+                            {"best_loss", MakeJsonNumber(end.best_loss)},
                             {"evaluations", end.evaluations},
                             {"rejected", end.rejected},
                             {"stop", GetName(end.stop)}});
@@ -217,7 +215,7 @@ void RunRecorder::PublishProgress() {
   state_.elapsed_s = static_cast<double>(clock_.now_us() - phase_started_us_) * 1e-6;
   state_.rollouts = service_->answered();
   if (state_.phase == ProgressPhase::kTesting && state_.tested < plan_.tests) {
-    state_.tested = static_cast<int>(service_->answered() - test_begin_total_);
+    state_.tested = service_->answered() - test_begin_total_;
   }
   state_.workers_alive = dispatcher.CountUsableWorkers();
   state_.retries = dispatcher.counters().reissued;

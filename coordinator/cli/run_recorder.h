@@ -24,6 +24,7 @@ struct RunPlan {
   std::string scenario;
   std::string method;
   std::vector<std::string> parameter_names;
+  std::string loss_unit;               // FormatLossUnit
   std::int64_t learning_rollouts = 0;  // at most
   int tests = 0;                       // rollouts of the test that follows
 };

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "coordinator/cli/loaded_run.h"
+#include "coordinator/cli/loss_unit.h"
 #include "knap/run_status_t.hpp"
 #include "lcmtypes/program/standard_streams.h"
 
@@ -70,6 +71,7 @@ void StudyRecorder::OnRunEnd(std::size_t run, const StudyRun& result) {
   document.seed = result.learning.seed;
   document.parameters = prepared_.problem.parameters;
   document.learned = result.learned.theta;
+  document.has_success = prepared_.scenario.parsed.scene.success.has_value();
   document.test_initial = *initial_;
   document.test_learned = result.test;
   document.rollouts_total = result.rollouts_total;
@@ -81,8 +83,12 @@ void StudyRecorder::OnRunEnd(std::size_t run, const StudyRun& result) {
   followers_[run].done = 1.0;
   const std::lock_guard lock(mutex_);
   ++ended_;
-  news_.push_back(fmt::format("{:<18} seed {}: {:5.1f}% succeed, {} rollouts of learning", document.method,
-                              document.seed, 100.0 * result.test.success_rate, result.learned.rollouts));
+  const Scene& scene = prepared_.scenario.parsed.scene;
+  const std::string figure = scene.success
+                                 ? fmt::format("{:5.1f}% succeed", 100.0 * result.test.success_rate)
+                                 : fmt::format("mean loss {:.4g}{}", result.test.loss_mean, FormatLossUnit(scene));
+  news_.push_back(fmt::format("{:<18} seed {}: {}, {} rollouts of learning", document.method, document.seed, figure,
+                              result.learned.rollouts));
 }
 
 void StudyRecorder::Pump() {

@@ -36,8 +36,8 @@ std::vector<Figure> MakeFigures(const ProgressState& state) {
   if (state.phase == ProgressPhase::kLearning) {
     figures.push_back({fmt::format("batch {}/{}", state.batch, state.batches)});
     figures.push_back({fmt::format("evaluation {}", state.evaluation)});
-    figures.push_back({state.loss ? fmt::format("loss {:.4g}", *state.loss) : "loss -"});
-    figures.push_back({state.best_loss ? fmt::format("best {:.4g}", *state.best_loss) : "best -"});
+    figures.push_back({state.loss ? fmt::format("loss {:.4g}{}", *state.loss, state.loss_unit) : "loss -"});
+    figures.push_back({state.best_loss ? fmt::format("best {:.4g}{}", *state.best_loss, state.loss_unit) : "best -"});
   } else if (state.phase == ProgressPhase::kTesting) {
     figures.push_back({fmt::format("tested {}/{}", state.tested, state.tests)});
   } else {
@@ -61,7 +61,7 @@ std::string MakePaint(const std::string& text, const char* colour, bool enabled)
 double CalcDonePart(const ProgressState& state) {
   double done = 0.0;
   if (state.phase == ProgressPhase::kTesting) {
-    if (state.tests > 0) done = static_cast<double>(state.tested) / state.tests;
+    if (state.tests > 0) done = static_cast<double>(state.tested) / static_cast<double>(state.tests);
   } else if (state.phase == ProgressPhase::kStudying) {
     done = state.study_part;
   } else if (state.batches > 0 && state.batch > 0) {
@@ -77,7 +77,7 @@ std::optional<double> CalcTimeLeft(const ProgressState& state) {
   if (state.elapsed_s < 2.0 || done < 0.01) return std::nullopt;
   const double phase_left = state.elapsed_s * (1.0 - done) / done;
   if (state.phase == ProgressPhase::kTesting || state.rollouts == 0) return phase_left;
-  return phase_left + state.elapsed_s / static_cast<double>(state.rollouts) * state.tests;
+  return phase_left + state.elapsed_s / static_cast<double>(state.rollouts) * static_cast<double>(state.tests);
 }
 
 std::string FormatDuration(double seconds) {

@@ -21,7 +21,8 @@ struct ProgressState {
   int batch = 0, batches = 0;                 // t of T; 0 before the first
   int evaluation = 0, max_evaluations = 0;    // of this batch
   std::optional<double> loss, best_loss;      // of this batch; unset: none yet, or rejected
-  int tested = 0, tests = 0;                  // rollouts of the test, in phase kTesting
+  std::string loss_unit;                      // what follows a loss, such as " mm²"
+  std::int64_t tested = 0, tests = 0;         // rollouts of the test, in phase kTesting
   int runs_done = 0, runs = 0;                // of a study, in phase kStudying
   double study_part = 0.0;                    // done of all its runs' learning, in [0, 1]
   std::int64_t rollouts = 0;                  // answered so far

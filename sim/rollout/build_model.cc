@@ -262,6 +262,8 @@ ContactGeometry MakeGeometry(const Shape& shape, const std::shared_ptr<const Con
                     shape);
 }
 
+constexpr double kMostSamples = 2e6;  // of a mesh
+
 // A name in a contact stands for a body or for each link of a rope.
 ContactGeometry MakePartnerGeometry(const Scene& scene, const std::string& name,
                                     const std::shared_ptr<const ContactMesh>& mesh) {
@@ -365,6 +367,21 @@ std::shared_ptr<const SurfaceSampling> MakeSampling(const Scene& scene, const st
     }
   }
   if (std::isinf(spacing) && !on_plane) return nullptr;
+  double points = 0.0;  // of lattices over the triangles, as SurfaceSampling lays them
+  for (const Eigen::Vector3i& t : reference.triangles) {
+    double longest = 0.0;
+    for (int k = 0; k < 3; ++k) {
+      longest = std::max(longest, (reference.vertices[t[k]] - reference.vertices[t[(k + 1) % 3]]).norm());
+    }
+    const double n = 1.0 + longest / spacing;
+    points += 0.5 * (n + 1.0) * (n + 2.0);
+  }
+  if (!(points <= kMostSamples)) {
+    throw std::runtime_error(fmt::format(
+        "body '{}' would touch with {:.1e} samples of its mesh, at most {:.0e} are allowed: it is too large "
+        "for what it touches, half as wide as {} m",
+        body, points, kMostSamples, spacing));
+  }
   return std::make_shared<SurfaceSampling>(reference, spacing);
 }
 

@@ -11,7 +11,7 @@
 #include "sim/math/overloaded.h"
 #include "sim/rollout/height_loss.h"
 #include "sim/rollout/point_target.h"
-#include "sim/scenarios/numeric_keys.h"
+#include "sim/scenarios/apply_variation.h"
 #include "sim/scenarios/scenario_files.h"
 
 namespace knap {
@@ -207,7 +207,6 @@ void RolloutModel::AddGradient(const VectorXd& controls, const Simulated& s, Cot
     if (s.policy) {
       const std::vector<PointCotangent> observed = ListObservedPoints(*s.scene.policy, s.policy->bar_points());
       bar->points.insert(bar->points.end(), observed.begin(), observed.end());
-      out->certificate.finite = out->certificate.finite && s.policy->bar_weights().allFinite();
     }
     out->loss_rounding = gradient.loss_rounding;
     out->certificate.finite = out->certificate.finite && gradient.finite;
@@ -221,6 +220,7 @@ void RolloutModel::AddGradient(const VectorXd& controls, const Simulated& s, Cot
         PullBackCommands(*s.scene.controls, controls.head(open_loop), bar->commands);
   }
   if (s.policy) out->control_gradient.tail(CountWeights(s.scene)) = s.policy->bar_weights();
+  out->certificate.finite = out->certificate.finite && out->gradient.allFinite() && out->control_gradient.allFinite();
   if (!swept) return;
   // A gradient of zero is one that nothing contests: what the tool never touched.
   double g = 0.0;

@@ -12,6 +12,7 @@ using std::string_view;
 
 constexpr Range kFraction{0.0, 1.0, true};
 constexpr Range kIndex{0.0, 1e9};
+constexpr Range kRolloutCount{1.0, 1e6};  // of rollouts that are asked for together, or of such rounds
 
 // Of the values of a parameter.
 Dimension GetDimension(ParameterKind kind) { return kind == ParameterKind::kStretch ? kDimensionless : kLength; }
@@ -275,7 +276,10 @@ static void VisitFields(FieldVisitor& v, Variation& x) {
 // ---- Rollout ------------------------------------------------------------------------------------------------------
 
 static void VisitFields(FieldVisitor& v, Rollout& r) {
-  v.Number({.key = "horizon", .doc = "duration, a whole number of steps", .dimension = kTime, .range = kPositive},
+  v.Number({.key = "horizon",
+            .doc = "duration, a whole number of steps, a million at most",
+            .dimension = kTime,
+            .range = kPositive},
            r.horizon);
   v.Number({.key = "step", .doc = "of the integrator", .dimension = kTime, .range = kPositive}, r.step);
   static constexpr string_view kIntegrators[] = {"bdf1", "bdf2"};
@@ -301,14 +305,18 @@ static void VisitFields(FieldVisitor& v, Learning& l) {
   v.Integer({.key = "variations",
              .doc = "N: training variations; 1 where nothing varies",
              .required = false,
-             .range = kCount},
+             .range = kRolloutCount},
             l.variations);
-  v.Integer(
-      {.key = "batch", .doc = "M: variations in a batch; 1 where nothing varies", .required = false, .range = kCount},
-      l.batch);
-  v.Integer(
-      {.key = "dimensions_per_batch", .doc = "d': parameters that move in a batch", .required = false, .range = kCount},
-      l.dimensions_per_batch);
+  v.Integer({.key = "batch",
+             .doc = "M: variations in a batch; 1 where nothing varies",
+             .required = false,
+             .range = kRolloutCount},
+            l.batch);
+  v.Integer({.key = "dimensions_per_batch",
+             .doc = "d': parameters that move in a batch; left out, no more than there are",
+             .required = false,
+             .range = kCount},
+            l.dimensions_per_batch);
   v.Number({.key = "alpha", .doc = "weight of the distillation loss", .required = false, .range = kNonNegative},
            l.alpha);
   v.Number({.key = "learning_rate",
@@ -322,8 +330,9 @@ static void VisitFields(FieldVisitor& v, Learning& l) {
             .range = kFraction},
            l.decay);
   v.Text({.key = "optimizer", .doc = "an NLopt algorithm", .required = false, .role = TextRole::kName}, l.optimizer);
-  v.Integer({.key = "max_evaluations", .doc = "of the optimizer, in a batch", .required = false, .range = kCount},
-            l.max_evaluations);
+  v.Integer(
+      {.key = "max_evaluations", .doc = "of the optimizer, in a batch", .required = false, .range = kRolloutCount},
+      l.max_evaluations);
   v.Integer({.key = "rollout_budget",
              .doc = "at most so many rollouts of learning, shared out over the batches in place of max_evaluations, so "
                     "that methods can be compared at equal numbers; 0: no limit",
@@ -337,7 +346,7 @@ static void VisitFields(FieldVisitor& v, Evaluation& e) {
   v.Integer({.key = "variations",
              .doc = "never seen in training; 1 where nothing varies",
              .required = false,
-             .range = kCount},
+             .range = kRolloutCount},
             e.variations);
   v.Integer({.key = "seed", .doc = "of the evaluation, a stream of its own", .required = false, .range = kSeed},
             e.seed);

@@ -71,6 +71,8 @@ TEST(ProgressTest, LineShowsEverything) {
             "1:10 pushing ours  32%  ETA 2:25  batch 7/20  evaluation 10  loss 0.01235  best 0.011  workers 2/2  "
             "rollouts 812  retries 0");
   ProgressState state = MakeState();
+  state.loss_unit = " mm²";
+  EXPECT_THAT(FormatProgressLine(state), HasSubstr("  loss 0.01235 mm²  best 0.011 mm²  "));
   state.loss.reset();
   EXPECT_THAT(FormatProgressLine(state), HasSubstr("  loss -  "));
   state.phase = ProgressPhase::kTesting;

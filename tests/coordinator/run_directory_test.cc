@@ -152,6 +152,27 @@ TEST(RunDirectoryTest, ResultHasTheSchemaOfTheDesign) {
   EXPECT_EQ(std::distance(fs::directory_iterator(run.path()), fs::directory_iterator()), 2);  // nothing temporary
 }
 
+TEST(RunDirectoryTest, WhatNobodyTestsAndWhatHasNoFiniteLossIsNull) {
+  const TemporaryFolder folder;
+  const RunDirectory run = RunDirectory::Create(folder / "run");
+  ResultDocument document = MakeDocument();
+  document.has_success = false;
+  const double infinity = std::numeric_limits<double>::infinity();
+  document.test_initial.loss_mean = document.test_initial.loss_std = infinity;
+  document.test_initial.worst_decile_loss = infinity;
+  document.test_initial.loss_interval = {infinity, infinity};
+  run.WriteResult(document);
+  const Json result = Json::parse(ReadFile(run.result_path()));
+  for (const char* design : {"initial", "learned"}) EXPECT_TRUE(result["test"][design]["success_rate"].is_null());
+  EXPECT_TRUE(result["test"]["initial"]["loss_mean"].is_null());
+  EXPECT_EQ(result["test"]["learned"]["loss_mean"], 0.1);
+  const Json evaluation = Json::parse(ReadFile(run.evaluation_path()));
+  for (const char* figure : {"loss_mean", "loss_std", "loss_mean_95", "worst_decile_loss", "success_rate_95"}) {
+    EXPECT_TRUE(evaluation["initial"][figure].is_null()) << figure;
+  }
+  EXPECT_FALSE(evaluation["learned"]["loss_mean_95"].is_null());
+}
+
 TEST(RunDirectoryTest, NumbersThatJsonCannotHoldAreAnError) {
   const TemporaryFolder folder;
   const RunDirectory run = RunDirectory::Create(folder / "run");
