@@ -6,6 +6,10 @@
 #include <array>
 #include <cmath>
 
+#include "sim/geometry/self_contact.h"
+#include "sim/geometry/shells.h"
+#include "sim/geometry/triangle_bvh.h"
+
 namespace knap {
 namespace {
 
@@ -22,6 +26,10 @@ struct EdgeUse {
   bool forward;
 };
 
+bool HasTriangle(const Shell& shell, int triangle) {
+  return std::binary_search(shell.triangles.begin(), shell.triangles.end(), triangle);
+}
+
 bool HasRepeatedCorner(const Vector3i& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; }
 
 bool IsDegenerate(const TriangleMesh& mesh, const Vector3i& t) {
@@ -31,6 +39,27 @@ bool IsDegenerate(const TriangleMesh& mesh, const Vector3i& t) {
   const Vector3d& c = mesh.vertices[t[2]];
   const double longest2 = std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
   return !((b - a).cross(c - a).norm() > kDegenerateArea * longest2);
+}
+
+// What is wrong with a mesh of which every edge has its two triangles.
+void FindDefectsOfShells(const TriangleMesh& mesh, MeshDefects* defects) {
+  const std::vector<Shell> shells = FindShells(mesh);
+  if (shells.size() < 2 && !(CalcSignedVolume(mesh) > 0)) {
+    defects->inside_out = true;
+  } else if (const auto pair = FindSelfContact(mesh, TriangleBvh(mesh))) {
+    defects->meets_itself = true;
+    std::array<int, 2> parts{};
+    for (int k = 0; k < 2; ++k) {
+      while (!HasTriangle(shells[parts[k]], (*pair)[k])) ++parts[k];
+    }
+    const Vector3d at = 1000 * mesh.vertices[mesh.triangles[(*pair)[0]][0]];
+    defects->example =
+        fmt::format("{} meets {} near ({:.6g}, {:.6g}, {:.6g}) mm", DescribeShell(shells, parts[0]),
+                    parts[0] == parts[1] ? "itself" : DescribeShell(shells, parts[1]), at.x(), at.y(), at.z());
+  } else {
+    defects->example = FindWrongShell(mesh, shells);
+    defects->wrong_shells = !defects->example.empty();
+  }
 }
 
 void AppendCount(int count, const char* one, const char* many, std::string* line) {
@@ -43,7 +72,8 @@ void AppendCount(int count, const char* one, const char* many, std::string* line
 
 bool MeshDefects::empty() const {
   return bad_indices == 0 && non_finite_vertices == 0 && degenerate_triangles == 0 && open_edges == 0 &&
-         non_manifold_edges == 0 && flipped_edges == 0 && unused_vertices == 0 && !inside_out;
+         non_manifold_edges == 0 && flipped_edges == 0 && unused_vertices == 0 && !meets_itself && !wrong_shells &&
+         !inside_out;
 }
 
 std::string MeshDefects::Describe() const {
@@ -56,6 +86,8 @@ std::string MeshDefects::Describe() const {
   AppendCount(flipped_edges, "edge between triangles of opposite orientation",
               "edges between triangles of opposite orientation", &line);
   AppendCount(unused_vertices, "vertex without a triangle", "vertices without a triangle", &line);
+  if (meets_itself) line += "parts that cross or touch";
+  if (wrong_shells) line += "a part that is neither a solid nor a cavity";
   if (inside_out) line += "no positive volume: the triangles face inwards, or there are none";
   if (!example.empty()) line += fmt::format(" ({})", example);
   return line;
@@ -124,7 +156,7 @@ MeshDefects FindDefects(const TriangleMesh& mesh) {
       note(fmt::format("vertex {}", v));
     }
   }
-  if (defects.empty()) defects.inside_out = !(CalcSignedVolume(mesh) > 0);
+  if (defects.empty()) FindDefectsOfShells(mesh, &defects);
   return defects;
 }
 
