@@ -42,11 +42,7 @@ bool AreApart(const Patch& a, const Patch& b, double tolerance) {
   for (const Patch* patch : {&a, &b}) {
     if (patch->count == 3 && Separates(patch->CalcNormal(), a, b, tolerance)) return true;
   }
-  for (int i = 0; i < a.CountEdges(); ++i) {
-    for (int j = 0; j < b.CountEdges(); ++j) {
-      if (Separates(a.GetEdge(i).cross(b.GetEdge(j)), a, b, tolerance)) return true;
-    }
-  }
+  // Most neighbours lie in one plane: its axes first.
   for (const Patch* plane : {&a, &b}) {
     if (plane->count != 3) continue;
     const Vector3d normal = plane->CalcNormal();
@@ -56,6 +52,11 @@ bool AreApart(const Patch& a, const Patch& b, double tolerance) {
       }
     }
   }
+  for (int i = 0; i < a.CountEdges(); ++i) {
+    for (int j = 0; j < b.CountEdges(); ++j) {
+      if (Separates(a.GetEdge(i).cross(b.GetEdge(j)), a, b, tolerance)) return true;
+    }
+  }
   return false;
 }
 
@@ -63,7 +64,10 @@ class PairTest {
  public:
   explicit PairTest(const TriangleMesh& mesh) : mesh_(mesh) {
     const Eigen::AlignedBox3d box = CalcBoundingBox(mesh);
-    tolerance_ = box.isEmpty() ? 0.0 : kRounding * std::max(box.diagonal().norm(), 1e-3 * box.max().cwiseAbs().sum());
+    if (box.isEmpty()) return;
+    // Far from the frame's origin the coordinates themselves are rounded to more than that.
+    const double farthest = std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
+    tolerance_ = kRounding * std::max(box.diagonal().norm(), 1e-3 * farthest);
   }
 
   double tolerance() const { return tolerance_; }

@@ -1,7 +1,7 @@
 // Whether a mesh meets itself: two triangles that have a point in common beyond the corners and edges they share.
 //
 // Triangles are convex, so two of them are apart exactly when some axis separates their shadows on it: the normal of
-// one, a normal of two of their edges, or in their common plane a normal of an edge [Gottschalk, Lin, Manocha 1996].
+// one, a normal of two of their edges, or in their common plane a normal of an edge [Gottschalk 1996].
 // With one common corner they meet elsewhere exactly when the edge opposite to it in one of them meets the other; with
 // a common edge, when one is folded back upon the other.
 #pragma once

@@ -1,5 +1,5 @@
 // How often a surface goes round a point: 1 inside a closed, outward oriented one, 0 outside, −1 inside one that faces
-// inwards. It is the sum of the solid angles of the triangles seen from the point, over 4π [Van Oosterom, Strackee
+// inwards. It is the sum of the solid angles of the triangles seen from the point, over 4π [Van Oosterom
 // 1983].
 #pragma once
 
