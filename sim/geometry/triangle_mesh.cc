@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <utility>
 
 #include "sim/geometry/self_contact.h"
 #include "sim/geometry/shells.h"
@@ -41,6 +43,24 @@ bool IsDegenerate(const TriangleMesh& mesh, const Vector3i& t) {
   return !((b - a).cross(c - a).norm() > kDegenerateArea * longest2);
 }
 
+// Triangles whose corners are those of an earlier one, in any order.
+int CountRepeatedTriangles(const TriangleMesh& mesh, const std::function<void(std::string)>& note) {
+  std::vector<std::array<int, 4>> sorted;  // corners, ascending, and the triangle
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const Vector3i& t = mesh.triangles[i];
+    sorted.push_back({t[0], t[1], t[2], static_cast<int>(i)});
+    std::sort(sorted.back().begin(), sorted.back().begin() + 3);
+  }
+  std::sort(sorted.begin(), sorted.end());
+  int repeated = 0;
+  for (std::size_t i = 1; i < sorted.size(); ++i) {
+    if (!std::equal(sorted[i].begin(), sorted[i].begin() + 3, sorted[i - 1].begin())) continue;
+    ++repeated;
+    note(fmt::format("triangles {} and {} have the same corners", sorted[i - 1][3], sorted[i][3]));
+  }
+  return repeated;
+}
+
 // What is wrong with a mesh of which every edge has its two triangles.
 void FindDefectsOfShells(const TriangleMesh& mesh, MeshDefects* defects) {
   const std::vector<Shell> shells = FindShells(mesh);
@@ -71,9 +91,9 @@ void AppendCount(int count, const char* one, const char* many, std::string* line
 }  // namespace
 
 bool MeshDefects::empty() const {
-  return bad_indices == 0 && non_finite_vertices == 0 && degenerate_triangles == 0 && open_edges == 0 &&
-         non_manifold_edges == 0 && flipped_edges == 0 && unused_vertices == 0 && !meets_itself && !wrong_shells &&
-         !inside_out;
+  return bad_indices == 0 && non_finite_vertices == 0 && degenerate_triangles == 0 && repeated_triangles == 0 &&
+         open_edges == 0 && non_manifold_edges == 0 && flipped_edges == 0 && unused_vertices == 0 && !meets_itself &&
+         !wrong_shells && !inside_out;
 }
 
 std::string MeshDefects::Describe() const {
@@ -81,6 +101,7 @@ std::string MeshDefects::Describe() const {
   AppendCount(bad_indices, "triangle with an index out of range", "triangles with an index out of range", &line);
   AppendCount(non_finite_vertices, "vertex that is not finite", "vertices that are not finite", &line);
   AppendCount(degenerate_triangles, "triangle without area", "triangles without area", &line);
+  AppendCount(repeated_triangles, "triangle that is there twice", "triangles that are there twice", &line);
   AppendCount(open_edges, "open edge", "open edges", &line);
   AppendCount(non_manifold_edges, "edge with more than two triangles", "edges with more than two triangles", &line);
   AppendCount(flipped_edges, "edge between triangles of opposite orientation",
@@ -129,6 +150,7 @@ MeshDefects FindDefects(const TriangleMesh& mesh) {
     }
   }
 
+  defects.repeated_triangles = CountRepeatedTriangles(mesh, note);
   std::sort(uses.begin(), uses.end(), [](const EdgeUse& a, const EdgeUse& b) {
     return std::array{a.low, a.high, int{a.forward}} < std::array{b.low, b.high, int{b.forward}};
   });

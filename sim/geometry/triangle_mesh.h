@@ -19,6 +19,7 @@ struct MeshDefects {
   int bad_indices = 0;           // triangles naming a vertex that does not exist
   int non_finite_vertices = 0;   // vertices with a NaN or an infinity
   int degenerate_triangles = 0;  // a corner repeated, or area below 1e-12 of the longest edge squared
+  int repeated_triangles = 0;    // triangles with the corners of an earlier one: a part that is there twice
   int open_edges = 0;            // edges with one triangle
   int non_manifold_edges = 0;    // edges with more than two triangles
   int flipped_edges = 0;         // edges whose two triangles disagree on which side is outside
