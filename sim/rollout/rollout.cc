@@ -33,6 +33,16 @@ SimulationOptions MakeOptions(const Rollout& rollout) {
   return options;
 }
 
+// Of a rollout that failed. Who asks for a gradient gets one of its size: the protocol holds every other for an error.
+void SetUnknown(const RolloutInput& input, RolloutOutput* out) {
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  out->loss = kUnknown;
+  out->certificate.finite = false;
+  if (!input.want_gradient) return;
+  out->gradient = VectorXd::Constant(input.theta.size(), kUnknown);
+  out->control_gradient = VectorXd::Constant(input.controls.size(), kUnknown);
+}
+
 }  // namespace
 
 RolloutModel::RolloutModel(const std::map<std::string, std::string>& files) : scene_(ParseScenarioFiles(files)) {
@@ -258,9 +268,9 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
   if (failure.empty() && distill) failure = FindFault(input.theta_reference);
   if (!failure.empty()) {
     RolloutOutput out;
-    out.loss = std::numeric_limits<double>::quiet_NaN();
-    out.certificate.finite = out.certificate.converged = out.smooth = false;
+    out.certificate.converged = out.smooth = false;
     out.failure = std::move(failure);
+    SetUnknown(input, &out);
     forward_s = clock ? clock() - start : 0.0;
     gradient_s = 0.0;
     return out;
@@ -274,8 +284,7 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
   out.steps = s.trajectory->whole_steps();
   if (distill && reference->paths.size() != s.scene.loss.distillation.size()) out.certificate.converged = false;
   if (!out.certificate.converged) {
-    out.loss = std::numeric_limits<double>::quiet_NaN();
-    out.certificate.finite = false;
+    SetUnknown(input, &out);
     forward_s = clock ? clock() - start : 0.0;
     gradient_s = 0.0;
     return out;

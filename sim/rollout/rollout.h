@@ -45,7 +45,7 @@ struct RolloutOutput {
   bool smooth = true;
   int steps = 0;  // whole steps simulated
   // Why nothing was simulated: theta or theta_reference makes a mesh that bounds no body. Then the certificate says
-  // neither finite nor converged, the loss is NaN, and there is no gradient. Else empty.
+  // neither finite nor converged; loss and gradient are NaN, as after every rollout that failed. Else empty.
   std::string failure{};
 };
 
