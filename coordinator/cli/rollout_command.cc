@@ -96,7 +96,8 @@ nlohmann::ordered_json MakeJson(const RolloutRecord& record) {
             {"loss_rounding", MakeJsonNumber(output.loss_rounding)},
             {"worst_residual", MakeJsonNumber(output.certificate.worst_residual)},
             {"subdivided_steps", output.certificate.subdivided_steps},
-            {"contact_onsets", output.certificate.contact_onsets}}}};
+            {"contact_onsets", output.certificate.contact_onsets},
+            {"failure", output.failure.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(output.failure)}}}};
 }
 
 std::string FormatRecord(const RolloutRecord& record) {
@@ -117,6 +118,7 @@ std::string FormatRecord(const RolloutRecord& record) {
                  yes(output.certificate.finite), yes(output.certificate.converged), yes(output.smooth),
                  output.loss_rounding, output.certificate.worst_residual, output.certificate.subdivided_steps,
                  output.certificate.contact_onsets);
+  if (!output.failure.empty()) fmt::format_to(out, "failed     {}\n", output.failure);
   if (!record.input.variation.empty()) fmt::format_to(out, "\n{:<36} {:>16}\n", "varied key", "value [SI]");
   for (std::size_t i = 0; i < record.input.variation.size(); ++i) {
     fmt::format_to(out, "{:<36} {:>16.9g}\n", record.scene.variation[i].key, record.input.variation[i]);

@@ -33,6 +33,16 @@ SimulationOptions MakeOptions(const Rollout& rollout) {
   return options;
 }
 
+// Of a rollout that failed. Who asks for a gradient gets one of its size: the protocol holds every other for an error.
+void SetUnknown(const RolloutInput& input, RolloutOutput* out) {
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  out->loss = kUnknown;
+  out->certificate.finite = false;
+  if (!input.want_gradient) return;
+  out->gradient = VectorXd::Constant(input.theta.size(), kUnknown);
+  out->control_gradient = VectorXd::Constant(input.controls.size(), kUnknown);
+}
+
 }  // namespace
 
 RolloutModel::RolloutModel(const std::map<std::string, std::string>& files) : scene_(ParseScenarioFiles(files)) {
@@ -238,10 +248,33 @@ void RolloutModel::AddGradient(const VectorXd& controls, const Simulated& s, Cot
       g == 0.0 || (out->certificate.subdivided_steps == 0 && out->loss_rounding <= demand.step * demand.tolerance * g);
 }
 
+std::string RolloutModel::FindFault(const VectorXd& theta) {
+  for (const auto& [name, shape] : *GetShapes(theta)) {
+    if (!shape.fault.empty()) return shape.fault;
+  }
+  return {};
+}
+
+void RolloutModel::RequireSound(const VectorXd& theta) {
+  const std::string fault = FindFault(theta);
+  if (!fault.empty()) throw std::invalid_argument(fault);
+}
+
 RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<void(int, int)>& progress) {
   CheckInput(input);
   const double start = clock ? clock() : 0.0;
   const bool distill = input.theta_reference.size() > 0 || input.controls_reference.size() > 0;
+  std::string failure = FindFault(input.theta);
+  if (failure.empty() && distill) failure = FindFault(input.theta_reference);
+  if (!failure.empty()) {
+    RolloutOutput out;
+    out.certificate.converged = out.smooth = false;
+    out.failure = std::move(failure);
+    SetUnknown(input, &out);
+    forward_s = clock ? clock() - start : 0.0;
+    gradient_s = 0.0;
+    return out;
+  }
   const Reference* reference = distill ? &GetReference(input) : nullptr;
   const int total = static_cast<int>(std::llround(scene_.rollout.horizon / scene_.rollout.step));
   const Simulated s = Simulate(input.theta, input.controls, input.variation,
@@ -251,8 +284,7 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
   out.steps = s.trajectory->whole_steps();
   if (distill && reference->paths.size() != s.scene.loss.distillation.size()) out.certificate.converged = false;
   if (!out.certificate.converged) {
-    out.loss = std::numeric_limits<double>::quiet_NaN();
-    out.certificate.finite = false;
+    SetUnknown(input, &out);
     forward_s = clock ? clock() - start : 0.0;
     gradient_s = 0.0;
     return out;
@@ -272,12 +304,14 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
 
 BodyPath RolloutModel::Trace(const RolloutInput& input, const std::string& body) {
   CheckInput(input);
+  RequireSound(input.theta);
   const Simulated s = Simulate(input.theta, input.controls, input.variation, {});
   return TraceBody(*s.trajectory, s.model.body_index.at(body), s.dynamics.get());
 }
 
 RopeStills RolloutModel::TraceRope(const RolloutInput& input, const std::string& rope) {
   CheckInput(input);
+  RequireSound(input.theta);
   const Simulated s = Simulate(input.theta, input.controls, input.variation, {});
   const auto look = [&](int state) {
     s.dynamics->CalcKinematics(s.trajectory->q(state), s.trajectory->v(state), s.trajectory->vdot(state),

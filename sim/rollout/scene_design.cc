@@ -49,6 +49,13 @@ CageDesign MakeCageDesign(const Design& design, const DesignedBody& body, const 
   throw std::runtime_error(fmt::format("design of '{}': {}", body.name, e.what()));
 }
 
+// Of a mesh that theta has moved.
+std::string DescribeFault(const std::string& body, const TriangleMesh& mesh) {
+  const MeshDefects defects = FindDefects(mesh);
+  if (defects.empty()) return {};
+  return fmt::format("theta folds the mesh of '{}' or turns it inside out: {}", body, defects.Describe());
+}
+
 bool Touches(const Scene& scene, const std::string& body) {
   return std::any_of(scene.contacts.begin(), scene.contacts.end(),
                      [&](const Contact& c) { return c.bodies[0] == body || c.bodies[1] == body; });
@@ -84,11 +91,22 @@ DesignedShapes SceneDesign::CalcShapes(const VectorXd& theta) const {
   for (const auto& [name, part] : parts_) {
     DesignedShape shape;
     shape.mesh = part.cage.CalcMesh(theta);
-    shape.of_unit_density = CalcMassProperties(shape.mesh, 1.0);
-    if (part.touches) shape.contact = std::make_shared<ContactMesh>(shape.mesh, part.sampling);
+    shape.fault = DescribeFault(name, shape.mesh);
+    if (shape.fault.empty()) {
+      shape.of_unit_density = CalcMassProperties(shape.mesh, 1.0);
+      if (part.touches) shape.contact = std::make_shared<ContactMesh>(shape.mesh, part.sampling);
+    }
     shapes.emplace(name, std::move(shape));
   }
   return shapes;
+}
+
+std::string SceneDesign::FindFault(const VectorXd& theta) const {
+  for (const auto& [name, part] : parts_) {
+    std::string fault = DescribeFault(name, part.cage.CalcMesh(theta));
+    if (!fault.empty()) return fault;
+  }
+  return {};
 }
 
 void SceneDesign::MoveAttachments(const VectorXd& theta, Scene* scene) const {
