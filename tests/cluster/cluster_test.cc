@@ -112,8 +112,11 @@ class Cluster {
 
   // How many requests the dispatcher believes a worker to hold; none when it does not know it.
   std::size_t CountHeld(const std::string& name) const {
+    const std::map<std::int64_t, Holding>& holdings = dispatcher_->requests().holdings;
     for (const auto& [instance, worker] : dispatcher_->roster().workers()) {
-      if (worker.name == name && !worker.silent) return worker.assigned.size();
+      if (worker.name != name || worker.silent) continue;
+      const auto held = holdings.find(instance);
+      return held == holdings.end() ? 0 : held->second.ids.size();
     }
     return 0;
   }
