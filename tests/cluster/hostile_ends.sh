@@ -143,7 +143,7 @@ start_worker() { # NAME [KILOBYTES]
   ) &
   workers+=($!)
 }
-for kilobytes in $(seq 40000 $((2000 * step)) 200000); do
+for kilobytes in $(seq 40000 $((1000 * step)) 200000); do
   code=0
   start_worker healthy
   start_worker starved "$kilobytes"
