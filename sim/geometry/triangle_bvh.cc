@@ -39,7 +39,7 @@ struct CollectIds final : btDbvt::ICollide {
 }  // namespace
 
 struct TriangleBvh::Tree {
-  Tree() { static const bool once = UseThrowingAllocator(); }
+  Tree() { [[maybe_unused]] static const bool once = UseThrowingAllocator(); }
   btDbvt dbvt;
   int num_triangles = 0;
 };
