@@ -3,7 +3,11 @@ add_library(knap_settings INTERFACE)
 target_compile_options(knap_settings INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wold-style-cast
   # The same source gives the same bits: no contraction into fused operations, whatever the compiler's default.
-  -ffp-contract=off)
+  -ffp-contract=off
+  # Lets ccache see what a precompiled header holds.
+  $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess>)
+# fmt's header is among the precompiled ones, so its definitions must be the same everywhere.
+target_link_libraries(knap_settings INTERFACE fmt::fmt)
 if(KNAP_SANITIZE)
   foreach(sanitizer IN LISTS KNAP_SANITIZE)
     target_compile_options(knap_settings INTERFACE -fsanitize=${sanitizer})
@@ -16,14 +20,20 @@ if(KNAP_SANITIZE)
   endif()
 endif()
 
-# knap_library(NAME SOURCES a.cc … [DEPS …] [PRIVATE_DEPS …])
+include(KnapPrecompiled)
+
+# knap_library(NAME SOURCES a.cc … [DEPS …] [PRIVATE_DEPS …] [PRECOMPILED set])
 # A static library knap_NAME with alias knap::NAME; headers are included from the root of the tree.
 function(knap_library name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;DEPS;PRIVATE_DEPS" ${ARGN})
+  cmake_parse_arguments(ARG "" "PRECOMPILED" "SOURCES;DEPS;PRIVATE_DEPS" ${ARGN})
+  if(NOT ARG_PRECOMPILED)
+    set(ARG_PRECOMPILED common)
+  endif()
   add_library(knap_${name} STATIC ${ARG_SOURCES})
   add_library(knap::${name} ALIAS knap_${name})
   target_include_directories(knap_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
   target_link_libraries(knap_${name} PUBLIC ${ARG_DEPS} PRIVATE ${ARG_PRIVATE_DEPS} $<BUILD_INTERFACE:knap_settings>)
+  knap_use_precompiled(knap_${name} ${ARG_PRECOMPILED})
 endfunction()
 
 # knap_executable(NAME OUTPUT program SOURCES a.cc … DEPS …)
@@ -37,35 +47,30 @@ function(knap_executable name)
   endif()
 endfunction()
 
-# The limit is there to end what hangs; sanitizers slow numerical code down by five to ten times.
-function(knap_scale_timeout variable seconds)
-  if(KNAP_SANITIZE)
-    math(EXPR seconds "${seconds} * 10")
-  endif()
-  set(${variable} ${seconds} PARENT_SCOPE)
-endfunction()
+# [s] There to end what hangs, however busy or slow the machine: no test takes a tenth of it on two idle cores.
+# Sanitizers slow numerical code down by five to ten times.
+set(knap_test_limit 1800)
+if(KNAP_SANITIZE)
+  math(EXPR knap_test_limit "${knap_test_limit} * 10")
+endif()
 
-# knap_test(NAME SOURCES a_test.cc … DEPS … [LABELS …] [TIMEOUT s]): a GoogleTest program, one CTest entry.
+# knap_test(NAME SOURCES a_test.cc … DEPS … [LABELS …]): a GoogleTest program, one CTest entry.
 function(knap_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;DEPS;LABELS" ${ARGN})
-  if(NOT ARG_TIMEOUT)
-    set(ARG_TIMEOUT 300)
-  endif()
-  knap_scale_timeout(limit ${ARG_TIMEOUT})
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPS;LABELS" ${ARGN})
   if(NOT ARG_LABELS)
     set(ARG_LABELS unit)
   endif()
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} GTest::gmock GTest::gtest_main knap_settings)
+  knap_use_precompiled(${name} tests)
   add_test(NAME ${name} COMMAND ${name})
-  set_tests_properties(${name} PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${limit})
+  set_tests_properties(${name} PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${knap_test_limit})
 endfunction()
 
-# knap_script_test(NAME COMMAND script arguments… LABELS … TIMEOUT s): a script that starts real processes. It may end
-# with 77: skipped, having said why.
+# knap_script_test(NAME COMMAND script arguments… LABELS …): a script that starts real processes. It may end with
+# 77: skipped, having said why.
 function(knap_script_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT" "COMMAND;LABELS" ${ARGN})
-  knap_scale_timeout(limit ${ARG_TIMEOUT})
+  cmake_parse_arguments(ARG "" "" "COMMAND;LABELS" ${ARGN})
   add_test(NAME ${name} COMMAND ${ARG_COMMAND})
-  set_tests_properties(${name} PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${limit} SKIP_RETURN_CODE 77)
+  set_tests_properties(${name} PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${knap_test_limit} SKIP_RETURN_CODE 77)
 endfunction()

@@ -1,8 +1,10 @@
 // The worker processes that a run starts on its own machine: kept alive, and stopped at the end.
 //
-// A worker that dies is started again. One that ends by itself within a second of its start, several times in a row, is
-// not going to live: then Poll throws with the last line it wrote. Workers die with the coordinator (PR_SET_PDEATHSIG)
-// and run in a process group of their own, so that Ctrl-C reaches the coordinator alone.
+// A worker that dies is started again: at once when it was killed, else after a pause that doubles, up to 10 s, with
+// every end by itself in a row (a life of a minute breaks the row). One that ends by itself within a second of its
+// start, several times in a row, is not going to live and is given up; when all are given up, Poll throws with the last
+// line one of them wrote. Workers die with the coordinator (PR_SET_PDEATHSIG) and run in a process group of their own,
+// so that Ctrl-C reaches the coordinator alone.
 //
 // Belongs to one thread, which must outlive it: the kernel ties the workers' lives to the thread that started them.
 #pragma once
@@ -24,7 +26,7 @@ struct LocalWorkerOptions {
   std::string program;  // path; see FindWorkerProgram
   std::string lcm_url;
   std::string key_file;       // empty: the public default key
-  std::string log_directory;  // worker NAME writes its stderr to NAME.log there; empty: to the coordinator's stderr
+  std::string log_directory;  // worker NAME writes its stderr to NAME.log there if it can; empty: to ours
 };
 
 // `program` in the folder of the running executable.
@@ -40,8 +42,8 @@ class LocalWorkers {
   LocalWorkers(const LocalWorkers&) = delete;
   LocalWorkers& operator=(const LocalWorkers&) = delete;
 
-  // Buries the dead, and starts them again when it is time; call it about 20 times a second. Throws std::runtime_error
-  // when a worker cannot live.
+  // Reaps the dead, and starts them again when it is time; call it about 20 times a second. Throws std::runtime_error
+  // when no worker can live.
   void Poll();
 
   // SIGTERM, then SIGKILL to those that still run after `grace_s`; waits for all of them.
@@ -60,10 +62,16 @@ class LocalWorkers {
     std::int64_t started_us = 0;
     std::int64_t start_due_us = 0;
     int early_ends = 0;  // in a row
+    int own_ends = 0;    // in a row: ended by itself
+    bool given_up = false;
   };
 
-  void Start(Slot* slot);
-  void Bury(Slot* slot, int wait_status);
+  // Empty, or why the system cannot start one now.
+  std::string Start(Slot* slot);
+  void StartOrWait(Slot* slot);
+  void Reap(Slot* slot, int wait_status);
+  void PlanRestart(Slot* slot, bool by_itself);
+  void NoteEarlyEnd(Slot* slot, const std::string& how);
   std::string MakeLogPath(const Slot& slot) const;
 
   const LocalWorkerOptions options_;

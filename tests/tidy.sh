@@ -84,12 +84,15 @@ awk '
 # --- Layers (sim/ computes; the schedule and the optimizer see bounded vectors) ------------------------------------
 mapfile -t sim < <(select_files '^sim/.*\.(h|cc)$')
 mapfile -t schedule < <(select_files '^coordinator/(learning|optimizer)/.*\.(h|cc)$')
+mapfile -t programs < <(select_files '^(coordinator|worker|lcmtypes)/.*\.(h|cc)$')
 mapfile -t beyond_optimizer < <(select_files '\.(h|cc)$' '^(coordinator/optimizer|tests)/')
 mapfile -t beyond_geometry < <(select_files '\.(h|cc)$' '^(sim/geometry|tests)/')
 outer='^#include ([<"]lcm|<(chrono|thread|mutex|ctime)>|"(coordinator|worker)/)'
 forbid 'sim/ has no LCM, clock or threads' "$outer" "${sim[@]}"
 forbid 'the schedule never includes sim/' '^#include "(sim|worker)/' "${schedule[@]}"
 forbid 'only coordinator/optimizer uses NLopt' '^#include <nlopt' "${beyond_optimizer[@]}"
+forbid 'programs write with lcmtypes/program/standard_streams.h' \
+  '\bfmt::print\(|\bf?printf\(|\bf?puts\(|std::c(out|err)\b' "${programs[@]}"
 forbid 'only sim/geometry uses assimp' '^#include <assimp' "${beyond_geometry[@]}"
 
 # --- The top level --------------------------------------------------------------------------------------------------

@@ -28,8 +28,10 @@ struct EngineRequest {
   bool gradient = true;
 };
 
+// All fields but `error` and `lack` mean something only when both are empty.
 struct EngineAnswer {
-  std::string error;  // empty, or why no answer exists (bad input); all other fields are then meaningless
+  std::string error;  // why no answer exists, whoever computes it: what the request asks for cannot be
+  std::string lack;   // what this process or its machine lacked (memory, a descriptor); another worker may have it
   double loss = 0.0;
   bool success = false;
   std::vector<double> gradient;  // dloss/dtheta, then dloss/dcontrols; empty when not asked for
@@ -50,7 +52,8 @@ class EngineScenario {
  public:
   virtual ~EngineScenario() = default;
 
-  // Runs one rollout. `progress(done, total)` is called now and then from this thread with steps done.
+  // Runs one rollout. `progress(done, total)` is called now and then from this thread with steps done. What it throws
+  // is told apart as JobRunner says.
   virtual EngineAnswer Run(const EngineRequest& request,
                            const std::function<void(std::int64_t, std::int64_t)>& progress) = 0;
 };
@@ -60,7 +63,8 @@ class Engine {
   virtual ~Engine() = default;
   // Equal identities mean equal bits in every answer. May compute for some milliseconds.
   virtual EngineIdentity identity() const = 0;
-  // Throws std::runtime_error with one clear line when the files do not describe a scenario.
+  // Throws std::runtime_error with one clear line when the files do not describe a scenario, std::bad_alloc or
+  // std::system_error when the machine lacks something.
   virtual std::unique_ptr<EngineScenario> Load(const ScenarioFiles& files) = 0;
 };
 

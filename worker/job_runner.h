@@ -15,7 +15,7 @@ class JobRunner {
   explicit JobRunner(Engine* engine) : engine_(engine) {}
 
   // Loads the scenario when it is not the one loaded, then runs the request, if any. An exception of the engine becomes
-  // the answer's error.
+  // the answer's error; std::bad_alloc and std::system_error become its lack, for they say nothing about the request.
   EngineAnswer Run(const ExecutorJob& job, const std::function<void(std::int64_t, std::int64_t)>& progress);
 
  private:

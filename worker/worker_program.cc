@@ -6,17 +6,20 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <csignal>
-#include <cstdio>
 #include <exception>
+#include <new>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 
+#include "lcmtypes/program/command_line.h"
+#include "lcmtypes/program/standard_streams.h"
 #include "lcmtypes/wire/channels.h"
 #include "lcmtypes/wire/multicast.h"
 #include "lcmtypes/wire/open_transport.h"
+#include "lcmtypes/wire/text.h"
 #include "worker/threaded_executor.h"
 #include "worker/worker_reactor.h"
 
@@ -25,16 +28,14 @@ namespace {
 
 // A signal only sets this; the loop sees it within kSignalPollUs, so that nothing unsafe happens in the handler.
 std::atomic<bool> g_interrupted{false};
+std::atomic<bool> g_out_of_time{false};
 constexpr std::int64_t kSignalPollUs = 100'000;
 static_assert(std::atomic<bool>::is_always_lock_free);
 
 void CatchSignal(int) { g_interrupted = true; }
+void CatchTimeLimit(int) { g_out_of_time = true; }
 
-std::string FindHostName() {
-  std::array<char, 256> name{};
-  gethostname(name.data(), name.size() - 1);
-  return name.data();
-}
+void Complain(const std::string& what) { WriteMessage("knap-worker: " + what + "\n"); }
 
 std::string MakeDefaultName(const std::string& host) {
   std::string name = host.substr(0, 24);
@@ -50,46 +51,48 @@ std::int64_t MakeNonce() {
   return nonce;
 }
 
-void Work(WorkerReactor* reactor, Transport* transport, const Clock& clock) {
-  while (!g_interrupted && !reactor->stopped()) {
-    const std::int64_t wait_us =
-        std::clamp<std::int64_t>(reactor->next_deadline_us() - clock.now_us(), 0, kSignalPollUs);
-    std::optional<Message> message = transport->Receive(wait_us);
-    while (message) {
-      reactor->Handle(*message);
-      message = transport->Receive(0);
-    }
-    reactor->Tick();
+// When this thread lacks something, the coordinator is told like when the computing one does.
+void Work(WorkerReactor* reactor) {
+  try {
+    while (!g_interrupted && !g_out_of_time && !reactor->stopped()) reactor->Turn(kSignalPollUs);
+    if (!reactor->stopped()) reactor->SayGoodbye(g_out_of_time ? "out of processor time (RLIMIT_CPU)" : "");
+  } catch (const std::bad_alloc&) {
+    reactor->SayGoodbye("out of memory");
+  } catch (const std::system_error& e) {
+    reactor->SayGoodbye(e.what());
   }
-  if (!reactor->stopped()) reactor->SayGoodbye();
 }
 
 }  // namespace
 
 int RunWorkerProgram(int argc, char** argv, std::unique_ptr<Engine> engine) {
+  SecureStandardStreams();
   const std::string host = FindHostName();
   std::string url;
   std::string key_file;
   std::string name = MakeDefaultName(host);
-  CLI::App app("Computes rollouts for a knap coordinator.");
+  CLI::App app("Computes rollouts for a knap coordinator.", "knap-worker");
   app.add_option("--lcm-url", url, fmt::format("LCM network (default: LCM_DEFAULT_URL, else {})", kDefaultLcmUrl));
   app.add_option("--key", key_file, "file with the run's key (default: a public one)");
   app.add_option("--name", name, "name of this worker, 1 to 40 of A-Z a-z 0-9 _ - (default: HOST-PID)");
   try {
     app.parse(argc, argv);
-    if (!IsName(name)) throw CLI::ValidationError("--name", fmt::format("'{}': 1 to 40 of A-Z a-z 0-9 _ -", name));
+    if (!IsName(name)) {
+      throw CLI::ValidationError("--name", fmt::format("'{}': 1 to 40 of A-Z a-z 0-9 _ -", CleanText(name)));
+    }
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? 0 : 2;
+    return EndParsing(app, e);
   }
   RunKey key;
   try {
     if (!key_file.empty()) key = RunKey::ReadFile(key_file);
   } catch (const std::exception& e) {
-    fmt::print(stderr, "knap-worker: {}\n", e.what());
+    Complain(e.what());
     return 2;
   }
   std::signal(SIGTERM, CatchSignal);
   std::signal(SIGINT, CatchSignal);
+  std::signal(SIGXCPU, CatchTimeLimit);
   try {
     const SteadyClock clock;
     const std::unique_ptr<Transport> transport =
@@ -97,17 +100,21 @@ int RunWorkerProgram(int argc, char** argv, std::unique_ptr<Engine> engine) {
     ThreadedExecutor executor(engine.get(), [&transport] { transport->Wake(); });
     WorkerReactor reactor({name, MakeNonce(), engine->identity(), host, static_cast<std::int32_t>(getpid())}, key,
                           transport.get(), &clock, &executor);
-    Work(&reactor, transport.get(), clock);
+    Work(&reactor);
+    const int exit_code = reactor.lack().empty() ? 0 : 1;
+    if (exit_code != 0) Complain("leaves: " + CleanText(reactor.lack()));
     // A computation cannot be broken off, and nobody waits for this one: leave without it.
-    if (executor.busy()) std::_Exit(0);
+    if (executor.busy()) std::_Exit(exit_code);
+    return exit_code;
   } catch (const std::invalid_argument& e) {
-    fmt::print(stderr, "knap-worker: {}\n", e.what());  // the URL
+    Complain(e.what());  // the URL
     return 2;
+  } catch (const std::bad_alloc&) {
+    Complain("out of memory");
   } catch (const std::exception& e) {
-    fmt::print(stderr, "knap-worker: {}\n", e.what());
-    return 1;
+    Complain(e.what());
   }
-  return 0;
+  return 1;
 }
 
 }  // namespace knap

@@ -13,6 +13,7 @@ constexpr std::int64_t kStatusIntervalUs = 250'000;
 constexpr std::int64_t kResultRetryUs = 200'000;   // an answer not acknowledged is sent again
 constexpr std::int64_t kFetchRetryUs = 100'000;    // scenario pieces that did not come are asked for again
 constexpr std::int64_t kRunSilenceUs = 2'000'000;  // a run silent for so long may be left for another one
+constexpr int kMessagesPerTurn = 256;
 constexpr std::size_t kResultsPerRetry = 16;
 constexpr std::size_t kMaxResults = 1024;
 constexpr std::size_t kMaxPartial = 32;
@@ -32,12 +33,24 @@ WorkerReactor::WorkerReactor(WorkerIdentity identity, const RunKey& key, Transpo
                              Executor* executor)
     : identity_(std::move(identity)),
       key_(key),
+      transport_(transport),
       clock_(clock),
       executor_(executor),
       sender_(identity_.instance, key, transport, clock),
       results_(kMaxResults),
       status_sent_us_(clock->now_us()),
       status_due_us_(clock->now_us()) {}
+
+void WorkerReactor::Turn(std::int64_t longest_wait_us) {
+  const std::int64_t wait_us = std::clamp<std::int64_t>(next_deadline_us() - clock_->now_us(), 0, longest_wait_us);
+  std::optional<Message> message = transport_->Receive(wait_us);
+  for (int i = 1; message; ++i) {
+    Handle(*message);
+    if (i == kMessagesPerTurn) break;
+    message = transport_->Receive(0);
+  }
+  Tick();
+}
 
 void WorkerReactor::Handle(const Message& message) {
   if (message.channel == kScenarioChannel) {
@@ -71,7 +84,6 @@ void WorkerReactor::HandleControl(const control_t& control) {
     for (const ContentId& id : ParseIds(control.ids)) Cancel(id, control.sequence);
   } else if (control.kind == control_t::kStop) {
     SayGoodbye();
-    stopped_ = true;
   }
 }
 
@@ -185,6 +197,10 @@ void WorkerReactor::TakeRequest(const assignment_t& head, const ContentId& scena
 void WorkerReactor::Tick() {
   const std::int64_t now_us = clock_->now_us();
   if (const std::optional<EngineAnswer> answer = executor_->TakeAnswer()) {
+    if (!answer->lack.empty()) {
+      SayGoodbye(answer->lack);
+      return;
+    }
     if (running_) FinishJob(*answer);
   }
   FetchScenario();
@@ -235,7 +251,7 @@ void WorkerReactor::FinishJob(const EngineAnswer& answer) {
   if (!error.empty()) {
     gradient.clear();
     head.status = rollout_result_t::kError;
-    head.error = MakeWireText(std::move(error), kMaxErrorLength);
+    head.error = std::move(error);
   }
   head.gradient_size = static_cast<std::int32_t>(gradient.size());
   std::vector<rollout_result_t> parts;
@@ -312,7 +328,7 @@ std::int32_t WorkerReactor::CalcState() const {
   return worker_status_t::kIdle;
 }
 
-void WorkerReactor::PublishStatus(std::int32_t state) {
+void WorkerReactor::PublishStatus(std::int32_t state, const std::string& reason) {
   const std::int64_t now_us = clock_->now_us();
   const StepProgress steps = running_ ? executor_->progress() : StepProgress{};
   if (running_) busy_us_ += now_us - std::max(job_started_us_, status_sent_us_);
@@ -338,14 +354,19 @@ void WorkerReactor::PublishStatus(std::int32_t state) {
   for (const Job& job : queue_) AppendId(job.id, &status.queue);
   status.name = identity_.name;
   status.engine = identity_.engine.name;
-  status.build = MakeWireText(identity_.engine.build, kMaxBuildLength);
-  status.host = MakeWireText(identity_.host, kMaxHostLength);
+  status.build = identity_.engine.build;
+  status.host = identity_.host;
+  status.reason = reason;
   sender_.Publish(kWorkerStatusChannel, run_id_, std::move(status));
   status_sent_us_ = now_us;
   status_due_us_ = now_us + kStatusIntervalUs;
   busy_us_ = 0;
 }
 
-void WorkerReactor::SayGoodbye() { PublishStatus(worker_status_t::kStopping); }
+void WorkerReactor::SayGoodbye(const std::string& lack) {
+  stopped_ = true;
+  lack_ = lack;
+  PublishStatus(worker_status_t::kStopping, lack);
+}
 
 }  // namespace knap

@@ -5,12 +5,8 @@
 // are kept and sent again until acknowledged; a request that is running or waiting already is not taken twice, one that
 // is answered already is answered from memory.
 //
-// Not thread-safe; never blocks. Drive it like this:
-//   while (!reactor.stopped()) {
-//     message = transport.Receive(reactor.next_deadline_us() - clock.now_us());
-//     if (message) reactor.Handle(*message);   // as many as there are
-//     reactor.Tick();
-//   }
+// Not thread-safe; blocks in Turn alone. Drive it like this:
+//   while (!reactor.stopped()) reactor.Turn(longest_wait_us);
 #pragma once
 
 #include <cstdint>
@@ -52,18 +48,25 @@ class WorkerReactor {
   WorkerReactor(WorkerIdentity identity, const RunKey& key, Transport* transport, const Clock* clock,
                 Executor* executor);
 
-  void Handle(const Message& message);
+  // Waits for a message, at most so long and not beyond next_deadline_us, handles what has come, and does what is due.
+  // However many messages come, the status goes on: some milliseconds' work of them is handled in one turn.
+  void Turn(std::int64_t longest_wait_us);
 
+  // The parts of a turn, for who waits by other means.
+  void Handle(const Message& message);
   // Does all that is due now: takes a finished answer, starts the next job, sends status and repeats.
   void Tick();
 
   // The instant at which Tick has something to do even if no message comes and no job ends.
   std::int64_t next_deadline_us() const;
 
-  // Tells the coordinator that this worker leaves: its requests go elsewhere at once.
-  void SayGoodbye();
+  // Tells the coordinator that this worker leaves: its requests go elsewhere at once. `lack`: what it lacks, when that
+  // is why; what it computes is then not given to it, nor to another worker of its name, again.
+  void SayGoodbye(const std::string& lack = "");
 
-  bool stopped() const { return stopped_; }  // its run said stop
+  // Its run said stop, or it lacked something for a computation and has said so.
+  bool stopped() const { return stopped_; }
+  const std::string& lack() const { return lack_; }  // empty: its run said stop
   std::int64_t run_id() const { return run_id_; }
   const RefusalCounters& refusals() const { return refusals_; }
 
@@ -89,11 +92,12 @@ class WorkerReactor {
   void FetchScenario();
   std::optional<ContentId> FindMissingScenario() const;
   void PublishResult(ResultStore::Entry* entry);
-  void PublishStatus(std::int32_t state);
+  void PublishStatus(std::int32_t state, const std::string& reason = "");
   std::int32_t CalcState() const;
 
   const WorkerIdentity identity_;
   const RunKey key_;
+  Transport* const transport_;
   const Clock* const clock_;
   Executor* const executor_;
   Sender sender_;
@@ -101,6 +105,7 @@ class WorkerReactor {
   std::int64_t run_id_ = 0;        // 0: free
   std::int64_t run_heard_us_ = 0;  // when the run last gave a sign of life
   bool stopped_ = false;
+  std::string lack_;
 
   std::deque<Job> queue_;  // taken and not answered; the first one runs when `running_`
   bool running_ = false;   // a request, not a mere loading

@@ -36,9 +36,34 @@ class ByteReader {
 
   double TakeDouble() { return std::bit_cast<double>(TakeInteger(8)); }
 
+  std::string_view rest() const { return rest_; }
+
  private:
   std::string_view rest_;
 };
+
+JournaledAnswer TakeAnswer(ByteReader* reader) {
+  JournaledAnswer answer;
+  for (std::uint8_t& byte : answer.id) byte = static_cast<std::uint8_t>(reader->TakeInteger(1));
+  RolloutOutcome& outcome = answer.outcome;
+  RolloutCertificate& certificate = outcome.certificate;
+  outcome.loss = reader->TakeDouble();
+  certificate.worst_residual = reader->TakeDouble();
+  certificate.loss_error = reader->TakeDouble();
+  outcome.forward_s = reader->TakeDouble();
+  outcome.gradient_s = reader->TakeDouble();
+  certificate.subdivided_steps = static_cast<std::int32_t>(reader->TakeInteger(4));
+  certificate.contact_onsets = static_cast<std::int32_t>(reader->TakeInteger(4));
+  outcome.steps = static_cast<std::int32_t>(reader->TakeInteger(4));
+  const std::uint64_t flags = reader->TakeInteger(4);
+  outcome.success = (flags & 1U) != 0;
+  certificate.finite = (flags & 2U) != 0;
+  certificate.converged = (flags & 4U) != 0;
+  certificate.gradient_reliable = (flags & 8U) != 0;
+  const std::uint64_t size = reader->TakeInteger(4);
+  for (std::uint64_t i = 0; i < size; ++i) outcome.gradient.push_back(reader->TakeDouble());
+  return answer;
+}
 
 }  // namespace
 
@@ -65,37 +90,17 @@ std::string EncodeAnswers(std::span<const JournaledAnswer> answers) {
 
 std::vector<JournaledAnswer> DecodeAnswers(std::string_view bytes) {
   std::vector<JournaledAnswer> answers;
-  for (ByteReader reader(bytes); !reader.done();) {
-    JournaledAnswer answer;
-    for (std::uint8_t& byte : answer.id) byte = static_cast<std::uint8_t>(reader.TakeInteger(1));
-    RolloutOutcome& outcome = answer.outcome;
-    RolloutCertificate& certificate = outcome.certificate;
-    outcome.loss = reader.TakeDouble();
-    certificate.worst_residual = reader.TakeDouble();
-    certificate.loss_error = reader.TakeDouble();
-    outcome.forward_s = reader.TakeDouble();
-    outcome.gradient_s = reader.TakeDouble();
-    certificate.subdivided_steps = static_cast<std::int32_t>(reader.TakeInteger(4));
-    certificate.contact_onsets = static_cast<std::int32_t>(reader.TakeInteger(4));
-    outcome.steps = static_cast<std::int32_t>(reader.TakeInteger(4));
-    const std::uint64_t flags = reader.TakeInteger(4);
-    outcome.success = (flags & 1U) != 0;
-    certificate.finite = (flags & 2U) != 0;
-    certificate.converged = (flags & 4U) != 0;
-    certificate.gradient_reliable = (flags & 8U) != 0;
-    const std::uint64_t size = reader.TakeInteger(4);
-    for (std::uint64_t i = 0; i < size; ++i) outcome.gradient.push_back(reader.TakeDouble());
-    answers.push_back(std::move(answer));
-  }
+  for (ByteReader reader(bytes); !reader.done();) answers.push_back(TakeAnswer(&reader));
   return answers;
 }
 
-JournaledService::JournaledService(Dispatcher* dispatcher, Journal* journal, std::span<const std::string> payloads)
-    : dispatcher_(dispatcher), journal_(journal) {
-  for (const std::string& payload : payloads) {
-    for (JournaledAnswer& answer : DecodeAnswers(payload)) {
-      dispatcher_->Preload(answer.id, std::move(answer.outcome));
-      ++preloaded_;
+JournaledService::JournaledService(Dispatcher* dispatcher, Journal* journal, std::vector<std::string> payloads)
+    : dispatcher_(dispatcher), journal_(journal), payloads_(std::move(payloads)) {
+  for (const std::string_view payload : payloads_) {
+    for (ByteReader reader(payload); !reader.done();) {
+      const std::string_view begin = reader.rest();
+      const ContentId id = TakeAnswer(&reader).id;
+      earlier_[id] = begin.substr(0, begin.size() - reader.rest().size());
     }
   }
   dispatcher_->set_on_result([this](const RolloutReport& report) {
@@ -108,9 +113,23 @@ JournaledService::JournaledService(Dispatcher* dispatcher, Journal* journal, std
 
 std::vector<RolloutOutcome> JournaledService::Evaluate(std::span<const RolloutQuery> queries) {
   total_ += static_cast<std::int64_t>(queries.size());
-  for (const RolloutQuery& query : queries) distinct_.insert(dispatcher_->CalcId(query));
+  std::vector<RolloutOutcome> outcomes(queries.size());
+  std::vector<RolloutQuery> asked;
+  std::vector<std::size_t> places;  // of their answers
+  for (std::size_t i = 0; i < queries.size(); ++i) {
+    const ContentId id = dispatcher_->CalcId(queries[i]);
+    distinct_.insert(id);
+    if (const auto known = earlier_.find(id); known != earlier_.end()) {
+      ByteReader reader(known->second);
+      outcomes[i] = TakeAnswer(&reader).outcome;
+    } else {
+      asked.push_back(queries[i]);
+      places.push_back(i);
+    }
+  }
   try {
-    std::vector<RolloutOutcome> outcomes = dispatcher_->Evaluate(queries);
+    std::vector<RolloutOutcome> answers = dispatcher_->Evaluate(asked);
+    for (std::size_t k = 0; k < places.size(); ++k) outcomes[places[k]] = std::move(answers[k]);
     current_ = 0;
     finished_ = total_;
     return outcomes;

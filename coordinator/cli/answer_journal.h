@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <unordered_set>
 #include <utility>
 #include <vector>
@@ -35,9 +36,9 @@ std::vector<JournaledAnswer> DecodeAnswers(std::string_view bytes);
 // The dispatcher behind a journal.
 class JournaledService : public RolloutService {
  public:
-  // Preloads the dispatcher with the payloads of an earlier life. Both must outlive the service, which takes the
-  // dispatcher's hooks on_result and on_commit.
-  JournaledService(Dispatcher* dispatcher, Journal* journal, std::span<const std::string> payloads);
+  // `payloads`: the journal's of an earlier life, whose answers are never asked for again, however many they are. Both
+  // others must outlive the service, which takes the dispatcher's hooks on_result and on_commit.
+  JournaledService(Dispatcher* dispatcher, Journal* journal, std::vector<std::string> payloads);
 
   // As Dispatcher::Evaluate; what was answered is durable when this returns or throws.
   std::vector<RolloutOutcome> Evaluate(std::span<const RolloutQuery> queries) override;
@@ -49,17 +50,19 @@ class JournaledService : public RolloutService {
   std::int64_t distinct() const { return static_cast<std::int64_t>(distinct_.size()); }
   // Queries answered so far, whether by the cluster or from memory.
   std::int64_t answered() const { return finished_ + static_cast<std::int64_t>(current_); }
-  std::int64_t preloaded() const { return preloaded_; }
+  std::int64_t from_journal() const { return static_cast<std::int64_t>(earlier_.size()); }  // answers that were there
 
  private:
   void Flush();
 
   Dispatcher* dispatcher_;
   Journal* journal_;
+  // As bytes, decoded when they are wanted: an outcome as a structure takes several times as much.
+  const std::vector<std::string> payloads_;
+  std::unordered_map<ContentId, std::string_view, ContentIdHash> earlier_;  // within payloads_
   std::vector<JournaledAnswer> pending_;
   std::unordered_set<ContentId, ContentIdHash> distinct_;
   std::int64_t total_ = 0;
-  std::int64_t preloaded_ = 0;
   std::int64_t finished_ = 0;  // queries of calls that returned
   std::size_t current_ = 0;    // answers that came during the present call
   std::function<void(const RolloutReport&)> on_answer_;

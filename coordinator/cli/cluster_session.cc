@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <system_error>
 
 #include "coordinator/cli/stop_signal.h"
 #include "lcmtypes/wire/multicast.h"
@@ -18,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kStopGrace_s = 1.0;
-constexpr double kLastStatus_s = 0.5;  // a status is due within this time
+constexpr double kExternalStop_s = 5.0;  // they may be busy, and far away; who has not heard by then is left alone
 
 std::int64_t MakeRunId() {
   if (sodium_init() < 0) throw std::runtime_error("libsodium cannot start");
@@ -31,6 +32,15 @@ std::string ChooseUrl(const ClusterOptions& options) {
   // A bus of its own keeps runs on one machine apart; external workers have to know where to look.
   const std::string url = ChooseLcmUrl(options.lcm_url, options.external ? kDefaultLcmUrl : "");
   return url.empty() ? MakeFreeLcmUrl() : url;
+}
+
+RunKey ChooseKey(const ClusterOptions& options) {
+  if (options.key_file.empty()) return options.external ? RunKey() : RunKey::MakeRandom();
+  try {
+    return RunKey::ReadFile(options.key_file);
+  } catch (const std::runtime_error& e) {
+    throw std::invalid_argument(e.what());
+  }
 }
 
 }  // namespace
@@ -51,56 +61,45 @@ ClusterSession::ClusterSession(const ClusterOptions& options, const EngineIdenti
                                const std::map<std::string, std::string>& scenario, std::size_t controls)
     : run_id_(MakeRunId()),
       lcm_url_(ChooseUrl(options)),
-      directory_(options.directory),
       key_file_(options.key_file),
+      key_(ChooseKey(options)),
       workers_wanted_(options.external ? 0 : CalcWorkerCount(options)) {
-  if (directory_.empty() && !options.external) {
-    temporary_ = std::make_unique<TemporaryFolder>();
-    directory_ = temporary_->path();
-  }
-  const RunKey key = ChooseKey(options);
   transport_ = OpenTransport(lcm_url_, Dispatcher::ListChannels(), &clock_);
   DispatchOptions dispatch;
   dispatch.run_id = run_id_;
   dispatch.engine = engine;
   dispatch.control_size = controls;
   dispatch.no_worker_s = options.no_worker_s;
-  dispatcher_ = std::make_unique<Dispatcher>(dispatch, key, scenario, transport_.get(), &clock_);
+  dispatcher_ = std::make_unique<Dispatcher>(dispatch, key_, scenario, transport_.get(), &clock_);
   dispatcher_->set_stop_flag(&CatchStopSignals());
   dispatcher_->set_on_pump([this] {
     if (workers_) workers_->Poll();
     if (on_pump_) on_pump_();
   });
-  if (!options.external) StartWorkers();
 }
 
 void ClusterSession::Finish() {
-  if (workers_) {
-    dispatcher_->StopWorkers(kStopGrace_s);
-    workers_.reset();
-  } else {
-    dispatcher_->Pump(kLastStatus_s);
-  }
+  dispatcher_->StopWorkers(workers_ ? kStopGrace_s : kExternalStop_s);
+  workers_.reset();
 }
 
 ClusterSession::~ClusterSession() {
   if (workers_) workers_->Stop(kStopGrace_s);
 }
 
-RunKey ClusterSession::ChooseKey(const ClusterOptions& options) {
-  if (!key_file_.empty()) return RunKey::ReadFile(key_file_);
-  if (options.external) return RunKey();
-  const fs::path path = directory_ / "key";
-  fs::remove(path);  // of an earlier life of this run; its workers are gone
-  const RunKey key = RunKey::MakeRandom();
-  key.WriteFile(path.string());
-  key_file_ = path.string();
-  return key;
-}
-
-void ClusterSession::StartWorkers() {
-  const fs::path logs = directory_ / "workers";
-  fs::create_directories(logs);
+void ClusterSession::StartWorkers(const fs::path& directory) {
+  if (workers_wanted_ == 0) return;
+  if (directory.empty()) temporary_ = std::make_unique<TemporaryFolder>();
+  const fs::path folder = directory.empty() ? temporary_->path() : directory;
+  if (key_file_.empty()) {
+    const fs::path path = folder / "key";
+    fs::remove(path);  // of an earlier life of this run; its workers are gone
+    key_.WriteFile(path.string());
+    key_file_ = path.string();
+  }
+  const fs::path logs = folder / "workers";
+  std::error_code no_logs;  // then the workers do without
+  fs::create_directories(logs, no_logs);
   LocalWorkerOptions options;
   options.count = workers_wanted_;
   options.program = FindWorkerProgram();

@@ -2,7 +2,8 @@
 //
 // Own workers share a random run key in a file that only this user can read, and a bus of their own: a free port,
 // unless a URL is given by flag or LCM_DEFAULT_URL. External workers are started by hand or by a batch system; then
-// nothing is started here, and they are left alive at the end, free for the next run.
+// nothing is started here. A run that is finished tells them to stop as well; one that was interrupted, or that failed,
+// leaves them to its next life.
 #pragma once
 
 #include <cstddef>
@@ -17,18 +18,18 @@
 #include "coordinator/local_workers.h"
 #include "coordinator/run_directory/temporary_folder.h"
 #include "lcmtypes/wire/clock.h"
+#include "lcmtypes/wire/run_key.h"
 #include "lcmtypes/wire/transport.h"
 
 namespace knap {
 
 struct ClusterOptions {
   bool external = false;
-  std::string engine = "knap";      // that workers must have; another one than knap's own only when external
-  int workers = 0;                  // to start; 0: one a core. Without meaning when external.
-  std::string lcm_url;              // empty: LCM_DEFAULT_URL, else a free port (external: the default address)
-  std::string key_file;             // empty: a random key of this run's (external: the public key)
-  double no_worker_s = 30.0;        // so long without any worker: NoWorkers
-  std::filesystem::path directory;  // for the key and the workers' logs; empty: a temporary one, removed at the end
+  std::string engine = "knap";  // that workers must have; another one than knap's own only when external
+  int workers = 0;              // to start; 0: one a core. Without meaning when external.
+  std::string lcm_url;          // empty: LCM_DEFAULT_URL, else a free port (external: the default address)
+  std::string key_file;         // empty: a random key of this run's (external: the public key)
+  double no_worker_s = 30.0;    // so long without any worker: NoWorkers
 };
 
 // What a run of this program expects of its workers' engine: for `knap` the build of the knap-worker beside this
@@ -40,14 +41,19 @@ EngineIdentity FindEngineIdentity(const std::string& name);
 class ClusterSession {
  public:
   // engine: what the workers have to be, FindEngineIdentity(options.engine). `scenario`: file name → bytes, as
-  // LoadScenario gives them. `controls`: how many of every query's last values are controls or weights. Starts own
-  // workers at once. Throws std::invalid_argument for a URL that is none, std::runtime_error with one line when the
-  // network, the key or the workers' program fail.
+  // LoadScenario gives them. `controls`: how many of every query's last values are controls or weights. Leaves nothing
+  // on the disk, so that what is refused here is refused before a run has a folder. Throws std::invalid_argument for a
+  // URL or a key file that is none, std::runtime_error with one line when the network fails.
   ClusterSession(const ClusterOptions& options, const EngineIdentity& engine,
                  const std::map<std::string, std::string>& scenario, std::size_t controls);
   ~ClusterSession();  // stops own workers
   ClusterSession(const ClusterSession&) = delete;
   ClusterSession& operator=(const ClusterSession&) = delete;
+
+  // Starts own workers, whose key and logs are kept in `directory`; without one, in a temporary folder that is removed
+  // at the end. External workers are not started here: no effect. Throws std::runtime_error with one line when the key
+  // cannot be written or the workers' program cannot run.
+  void StartWorkers(const std::filesystem::path& directory = {});
 
   // Evaluate throws as the dispatcher's does: NoWorkers (exit code 4), Interrupted (130, after SIGINT or SIGTERM),
   // std::runtime_error.
@@ -57,7 +63,7 @@ class ClusterSession {
   // Called about 20 times a second while the service works.
   void set_on_pump(std::function<void()> hook) { on_pump_ = std::move(hook); }
 
-  // The run is over: sends its last status (see Dispatcher::SetProgress) and ends own workers. Nothing may be evaluated
+  // The run is over: sends its last status (see Dispatcher::SetProgress) and ends its workers. Nothing may be evaluated
   // afterwards.
   void Finish();
 
@@ -68,14 +74,11 @@ class ClusterSession {
   int worker_restarts() const { return workers_ ? workers_->restarts() : 0; }
 
  private:
-  RunKey ChooseKey(const ClusterOptions& options);
-  void StartWorkers();
-
   std::int64_t run_id_;
   std::string lcm_url_;
   std::unique_ptr<TemporaryFolder> temporary_;
-  std::filesystem::path directory_;
   std::string key_file_;
+  RunKey key_;
   int workers_wanted_ = 0;
   SteadyClock clock_;
   std::unique_ptr<Transport> transport_;

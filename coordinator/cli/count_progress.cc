@@ -2,9 +2,8 @@
 
 #include <unistd.h>
 
-#include <iostream>
-
 #include "knap/run_status_t.hpp"
+#include "lcmtypes/program/standard_streams.h"
 
 namespace knap {
 
@@ -13,11 +12,11 @@ CountProgress::CountProgress(const std::string& scenario, const std::string& tit
     : session_(session) {
   state_.title = title;
   state_.phase = ProgressPhase::kTesting;
-  state_.tests = static_cast<int>(rollouts);
+  state_.tests = rollouts;
   state_.workers_wanted = session->workers_wanted();
   status_.scenario = scenario;
   status_.state = run_status_t::kEvaluating;
-  if (!quiet) reporter_.emplace(std::cerr, DetectTerminal(STDERR_FILENO));
+  if (!quiet) reporter_.emplace(WriteMessage, DetectTerminal(STDERR_FILENO));
   session_->set_on_pump([this] { Update(); });
   Update();
 }
@@ -25,6 +24,12 @@ CountProgress::CountProgress(const std::string& scenario, const std::string& tit
 CountProgress::~CountProgress() {
   session_->set_on_pump({});
   if (reporter_) reporter_->Clear();
+}
+
+void CountProgress::Say(const std::string& line) {
+  if (!reporter_) return;
+  reporter_->Clear();
+  WriteMessage(line + "\n");
 }
 
 void CountProgress::Finish() {
@@ -36,7 +41,7 @@ void CountProgress::Refresh() {
   const Dispatcher& dispatcher = session_->dispatcher();
   state_.elapsed_s = static_cast<double>(clock_.now_us() - started_us_) * 1e-6;
   state_.rollouts = dispatcher.counters().computed;
-  state_.tested = static_cast<int>(state_.rollouts);
+  state_.tested = state_.rollouts;
   state_.workers_alive = dispatcher.CountUsableWorkers();
   state_.retries = dispatcher.counters().reissued;
 }

@@ -21,7 +21,10 @@ class CountProgress {
   CountProgress& operator=(const CountProgress&) = delete;
 
   // There are more than was thought.
-  void set_rollouts(std::int64_t rollouts) { state_.tests = static_cast<int>(rollouts); }
+  void set_rollouts(std::int64_t rollouts) { state_.tests = rollouts; }
+
+  // A line of its own on stderr; the bar goes on below it.
+  void Say(const std::string& line);
 
   // Shows the end, and leaves it standing.
   void Finish();

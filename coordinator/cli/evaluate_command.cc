@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstdio>
 #include <memory>
 #include <optional>
 #include <span>
@@ -15,11 +14,14 @@
 #include "coordinator/cli/count_progress.h"
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/loaded_run.h"
+#include "coordinator/cli/loss_unit.h"
 #include "coordinator/cli/problem_from_scene.h"
+#include "coordinator/cli/request_volume.h"
 #include "coordinator/cli/rollout_arguments.h"
 #include "coordinator/cli/theta_choice.h"
 #include "coordinator/learning/batch_objective.h"
 #include "coordinator/learning/evaluation.h"
+#include "lcmtypes/program/standard_streams.h"
 
 namespace knap {
 namespace {
@@ -83,30 +85,42 @@ Json MakeThetaJson(const ParameterSpec& parameters, const std::vector<double>& t
 void PrintJson(const Scene& scene, const ParameterSpec& parameters, const std::vector<Test>& tests) {
   Json designs = Json::array();
   for (const Test& test : tests) {
-    designs.push_back({{"theta", MakeThetaJson(parameters, test.theta)}, {"test", MakeEvaluationJson(test.summary)}});
+    designs.push_back({{"theta", MakeThetaJson(parameters, test.theta)},
+                       {"test", MakeEvaluationJson(test.summary, scene.success.has_value())}});
   }
-  const Json json = {
-      {"schema", 1}, {"scenario", scene.name}, {"designs", designs}, {"median_success_rate", CalcMedianRate(tests)}};
-  fmt::print("{}\n", MakeJsonText(json, 2));
+  const Json json = {{"schema", 1},
+                     {"scenario", scene.name},
+                     {"designs", designs},
+                     {"median_success_rate", scene.success ? Json(CalcMedianRate(tests)) : Json()}};
+  WriteOutput(MakeJsonText(json, 2) + "\n");
 }
 
-void PrintTests(const ParameterSpec& parameters, const std::vector<Test>& tests) {
+void PrintTests(const Scene& scene, const ParameterSpec& parameters, const std::vector<Test>& tests) {
   const TestSummary& first = tests.front().summary;
-  fmt::print("success rate (95% interval) and mean loss on {} variations of seed {}\n", first.variations, first.seed);
+  std::string text =
+      fmt::format("{} on {} variations of seed {}\n",
+                  scene.success ? "success rate (95% interval) and mean loss" : "mean loss (no success test)",
+                  first.variations, first.seed);
   for (const Test& test : tests) {
     std::string theta;
     for (std::size_t i = 0; i < test.theta.size() - parameters.controls; ++i) {
       theta += "  " + FormatParameter(parameters, i, test.theta[i]);
     }
-    fmt::print("{:5.1f}% ({:.1f} to {:.1f}%)  loss {:.4g}{}\n", 100.0 * test.summary.success_rate,
-               100.0 * test.summary.success_interval.lower, 100.0 * test.summary.success_interval.upper,
-               test.summary.loss_mean, theta);
+    if (scene.success) {
+      text += fmt::format("{:5.1f}% ({:.1f} to {:.1f}%)  ", 100.0 * test.summary.success_rate,
+                          100.0 * test.summary.success_interval.lower, 100.0 * test.summary.success_interval.upper);
+    }
+    text += fmt::format("loss {:.4g}{}{}\n", test.summary.loss_mean, FormatLossUnit(scene), theta);
     if (test.summary.not_converged + test.summary.not_finite > 0) {
-      fmt::print("        {} rollouts did not converge, {} are not finite: they count as failures\n",
-                 test.summary.not_converged, test.summary.not_finite);
+      text += fmt::format(
+          "        {} rollouts did not converge, {} are not finite: they count as failures with the worst loss\n",
+          test.summary.not_converged, test.summary.not_finite);
     }
   }
-  if (tests.size() > 1) fmt::print("median of {} designs: {:.1f}%\n", tests.size(), 100.0 * CalcMedianRate(tests));
+  if (scene.success && tests.size() > 1) {
+    text += fmt::format("median of {} designs: {:.1f}%\n", tests.size(), 100.0 * CalcMedianRate(tests));
+  }
+  WriteOutput(text);
 }
 
 int RunEvaluate(const EvaluateArguments& arguments) {
@@ -120,18 +134,22 @@ int RunEvaluate(const EvaluateArguments& arguments) {
       ChooseThetas(choice, parameters, kRandomThetaSeed, [&] { return source.ReadLearned(parameters.names.size()); });
   const int n = arguments.variations.value_or(static_cast<int>(scene.evaluation.variations));
   const std::uint64_t seed = arguments.seed.value_or(static_cast<std::uint64_t>(scene.evaluation.seed));
+  CheckRequestVolume("--variations and --theta", {static_cast<double>(n), static_cast<double>(thetas.size())},
+                     parameters.names.size() + problem.variations.size());
   std::vector<Test> tests;
   {
     ClusterSession session(arguments.cluster, FindEngineIdentity(arguments.cluster.engine), scenario.files,
                            parameters.controls);
+    session.StartWorkers();
     const CountProgress progress(scene.name, scene.name, n * static_cast<std::int64_t>(thetas.size()), arguments.quiet,
                                  &session);
     tests = TestDesigns(thetas, problem.variations, n, seed, session.service());
+    session.Finish();
   }
   if (arguments.json) {
     PrintJson(scene, parameters, tests);
   } else {
-    PrintTests(parameters, tests);
+    PrintTests(scene, parameters, tests);
   }
   return kExitDone;
 }

@@ -2,16 +2,16 @@
 
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <exception>
 #include <string>
 
 #include "coordinator/dispatch/dispatch_types.h"
+#include "lcmtypes/program/standard_streams.h"
 
 namespace knap {
 namespace {
 
-void PrintError(const std::string& what) { fmt::print(stderr, "knap: {}\n", what); }
+void PrintError(const std::string& what) { WriteMessage(fmt::format("knap: {}\n", what)); }
 
 }  // namespace
 
@@ -19,7 +19,7 @@ int RunCommand(const std::function<int()>& command) {
   try {
     return command();
   } catch (const UsageError& e) {
-    fmt::print(stderr, "{}\n", e.what());
+    WriteMessage(fmt::format("{}\n", e.what()));
     return kExitUsage;
   } catch (const std::invalid_argument& e) {
     PrintError(e.what());

@@ -15,9 +15,11 @@
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/loaded_run.h"
 #include "coordinator/cli/problem_from_scene.h"
+#include "coordinator/cli/request_volume.h"
 #include "coordinator/cli/rollout_arguments.h"
 #include "coordinator/gradcheck/gradient_check.h"
 #include "coordinator/gradcheck/gradient_check_report.h"
+#include "lcmtypes/program/standard_streams.h"
 
 namespace knap {
 namespace {
@@ -38,25 +40,34 @@ int RunGradcheck(const GradcheckFlags& flags) {
   check.tolerance = flags.tolerance.value_or(demand.tolerance);
   check.flagged = demand.flagged;
   const Problem problem = MakeProblem(scenario.parsed.scene, scenario.files);
+  const std::size_t d = problem.parameters.names.size();
+  CheckRequestVolume("--rollouts", {static_cast<double>(check.rollouts)}, 2 * d + problem.variations.size());
+  CheckRequestVolume(fmt::format("differences in {} parameters", d),
+                     {static_cast<double>(kQueriesPerParameter), static_cast<double>(d)},
+                     d + problem.variations.size());
   ClusterSession session(flags.cluster, FindEngineIdentity(flags.cluster.engine), scenario.files,
                          problem.parameters.controls);
+  session.StartWorkers();
 
   GradientCheckReport report;
   {
     const std::int64_t least = CalcLeastRollouts(problem, check);
     const std::string& name = scenario.parsed.scene.name;
     CountProgress progress(name, name + " gradient check", least, false, &session);
-    report = CheckGradients(problem, check, session.service(),
-                            [&](const GradientCheckProgress& p) { progress.set_rollouts(std::max(p.asked, least)); });
+    const GradientCheckObserver observer{
+        .on_round = [&](const GradientCheckProgress& p) { progress.set_rollouts(std::max(p.asked, least)); },
+        .on_verdict = [&](const CheckedRollout& rollout) { progress.Say(FormatVerdict(rollout)); }};
+    report = CheckGradients(problem, check, session.service(), observer);
     progress.Finish();
   }
+  session.Finish();
 
   if (flags.json) {
-    fmt::print("{}\n", MakeGradientCheckJson(report, problem, check).dump(2));
+    WriteOutput(fmt::format("{}\n", MakeGradientCheckJson(report, problem, check).dump(2)));
   } else {
     std::string command = "knap rollout " + QuoteForShell(flags.config);
     for (const std::string& change : flags.overrides) command += " " + QuoteForShell(change);
-    fmt::print("{}", FormatGradientCheck(report, problem, check, command));
+    WriteOutput(FormatGradientCheck(report, problem, check, command));
   }
   return ListFailures(report, check).empty() ? kExitDone : kExitFailed;
 }

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -16,12 +15,15 @@
 #include "coordinator/cli/count_progress.h"
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/loaded_run.h"
+#include "coordinator/cli/loss_unit.h"
 #include "coordinator/cli/problem_from_scene.h"
+#include "coordinator/cli/request_volume.h"
 #include "coordinator/cli/rollout_arguments.h"
 #include "coordinator/cli/theta_choice.h"
 #include "coordinator/landscape/landscape.h"
 #include "coordinator/report/landscape_picture.h"
 #include "coordinator/run_directory/durable_file.h"
+#include "lcmtypes/program/standard_streams.h"
 
 namespace knap {
 namespace {
@@ -77,22 +79,25 @@ std::string FormatPoint(const Landscape& landscape, const ParameterSpec& paramet
   return format(plan.x, cell % plan.x.values.size()) + ", " + format(plan.y, cell / plan.x.values.size());
 }
 
-void PrintSummary(const Landscape& landscape, const ParameterSpec& parameters, bool has_success, const fs::path& out) {
+void PrintSummary(const Landscape& landscape, const ParameterSpec& parameters, const Scene& scene,
+                  const fs::path& out) {
   const std::vector<LandscapeCell>& cells = landscape.cells;
   std::size_t least = 0, best = 0, untrusted = 0;
   for (std::size_t k = 0; k < cells.size(); ++k) {
-    if (cells[k].loss < cells[least].loss || std::isnan(cells[least].loss)) least = k;
+    if (cells[k].loss < cells[least].loss) least = k;
     if (cells[k].success_rate > cells[best].success_rate) best = k;
     untrusted += cells[k].not_finite + cells[k].not_converged > 0 ? 1 : 0;
   }
-  fmt::print("least mean loss  {:.4g} at {}\n", cells[least].loss, FormatPoint(landscape, parameters, least));
-  if (has_success) {
-    fmt::print("most successes   {:.1f}% at {}\n", 100.0 * cells[best].success_rate,
-               FormatPoint(landscape, parameters, best));
+  WriteOutput(fmt::format("least mean loss  {:.4g}{} at {}\n", cells[least].loss, FormatLossUnit(scene),
+                          FormatPoint(landscape, parameters, least)));
+  if (scene.success) {
+    WriteOutput(fmt::format("most successes   {:.1f}% at {}\n", 100.0 * cells[best].success_rate,
+                            FormatPoint(landscape, parameters, best)));
   }
-  if (untrusted > 0) fmt::print("not to be trusted: rollouts of {} cells (hatched; see the CSV file)\n", untrusted);
-  fmt::print("figures          {}\n", (out / "landscape.csv").string());
-  fmt::print("picture          {}\n", (out / "landscape.svg").string());
+  if (untrusted > 0)
+    WriteOutput(fmt::format("not to be trusted: rollouts of {} cells (hatched; see the CSV file)\n", untrusted));
+  WriteOutput(fmt::format("figures          {}\n", (out / "landscape.csv").string()));
+  WriteOutput(fmt::format("picture          {}\n", (out / "landscape.svg").string()));
 }
 
 int RunLandscape(const LandscapeArguments& arguments) {
@@ -108,20 +113,27 @@ int RunLandscape(const LandscapeArguments& arguments) {
   plan.y = MakeAxis(parameters, FindParameter(arguments.y, "--y", parameters), arguments.grid);
   if (plan.x.parameter == plan.y.parameter) throw UsageError("--y: expected another parameter than --x");
   plan.theta = ChooseTheta(choice, parameters, [&] { return source.ReadLearned(parameters.names.size()); });
+  const bool many = !arguments.variation && !problem.variations.empty();
+  CheckRequestVolume("--grid and --variations",
+                     {static_cast<double>(arguments.grid), static_cast<double>(arguments.grid),
+                      many ? arguments.variations.value_or(kDefaultVariations) : 1.0},
+                     parameters.names.size() + problem.variations.size());
   const ChosenVariations variations = ChooseVariations(arguments, scene, problem);
   plan.variations = variations.values;
   const std::int64_t rollouts = CalcRolloutCount(plan);
+  ClusterSession session(arguments.cluster, FindEngineIdentity(arguments.cluster.engine), scenario.files,
+                         parameters.controls);
   const std::string out_name = MakeRunName(scene.name + "-landscape", std::chrono::system_clock::now());
   const fs::path out = CreateRun(arguments.out.empty() ? fs::path("runs") / out_name : fs::path(arguments.out)).path();
 
-  ClusterSession session(arguments.cluster, FindEngineIdentity(arguments.cluster.engine), scenario.files,
-                         parameters.controls);
+  session.StartWorkers();
   std::optional<Landscape> landscape;
   {
     CountProgress progress(scene.name, scene.name + " landscape", rollouts, arguments.quiet, &session);
     landscape = EvaluateLandscape(std::move(plan), session.service());
     progress.Finish();
   }
+  session.Finish();
   WriteFileAtomically(out / "landscape.csv", MakeLandscapeCsv(*landscape, parameters));
   LandscapeCaption caption;
   caption.title = fmt::format("{}: {} × {}", scene.name, arguments.x, arguments.y);
@@ -130,7 +142,7 @@ int RunLandscape(const LandscapeArguments& arguments) {
   caption.theta_name = choice == "initial" || choice == "learned" ? choice : "given design";
   caption.has_success = scene.success.has_value();
   WriteFileAtomically(out / "landscape.svg", DrawLandscape(*landscape, parameters, caption));
-  PrintSummary(*landscape, parameters, caption.has_success, out);
+  PrintSummary(*landscape, parameters, scene, out);
   return kExitDone;
 }
 

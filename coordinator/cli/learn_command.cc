@@ -3,21 +3,23 @@
 #include <fmt/format.h>
 
 #include <cstdint>
-#include <cstdio>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "coordinator/cli/cluster_flags.h"
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/loaded_run.h"
+#include "coordinator/cli/loss_unit.h"
 #include "coordinator/cli/prepared_scenario.h"
 #include "coordinator/cli/problem_from_scene.h"
 #include "coordinator/cli/run_recorder.h"
 #include "coordinator/learning/evaluation.h"
 #include "coordinator/report/picture.h"
 #include "coordinator/run_directory/durable_file.h"
+#include "lcmtypes/program/standard_streams.h"
 #include "sim/rollout/rollout.h"
 
 namespace knap {
@@ -49,29 +51,31 @@ int CountTests(const PreparedScenario& prepared) {
 void PrintPlan(const PreparedScenario& prepared, const ClusterOptions& cluster) {
   const LearningOptions& options = prepared.options;
   const ParameterSpec& parameters = prepared.problem.parameters;
-  fmt::print("scenario    {}\n", prepared.scenario.parsed.scene.name);
-  fmt::print("method      {}, seed {}\n", GetName(options.method), options.seed);
-  fmt::print("parameters  {}\n", parameters.names.size());
+  WriteOutput(fmt::format("scenario    {}\n", prepared.scenario.parsed.scene.name));
+  WriteOutput(fmt::format("method      {}, seed {}\n", GetName(options.method), options.seed));
+  WriteOutput(fmt::format("parameters  {}\n", parameters.names.size()));
   for (std::size_t i = 0; i < parameters.names.size(); ++i) {
     const std::string unit = parameters.GetUnit(i);
-    fmt::print("  {:<20} {:g} in [{:g}, {:g}]{}{}{}\n", parameters.names[i], parameters.initial[i], parameters.lower[i],
-               parameters.upper[i], unit.empty() ? "" : " ", unit, parameters.IsFixed(i) ? ", fixed" : "");
+    WriteOutput(fmt::format("  {:<20} {:g} in [{:g}, {:g}]{}{}{}\n", parameters.names[i], parameters.initial[i],
+                            parameters.lower[i], parameters.upper[i], unit.empty() ? "" : " ", unit,
+                            parameters.IsFixed(i) ? ", fixed" : ""));
   }
-  fmt::print("variations  {} in {} batches of {}\n", options.variations, CalcBatchCount(options), options.batch);
-  fmt::print("rollouts    at most {} for learning, {} for the test\n", CalcMostRollouts(options),
-             2 * CountTests(prepared));
-  fmt::print("workers     {}\n", cluster.external ? "external" : std::to_string(CalcWorkerCount(cluster)));
+  WriteOutput(
+      fmt::format("variations  {} in {} batches of {}\n", options.variations, CalcBatchCount(options), options.batch));
+  WriteOutput(fmt::format("rollouts    at most {} for learning, {} for the test\n", CalcMostRollouts(options),
+                          2 * CountTests(prepared)));
+  WriteOutput(
+      fmt::format("workers     {}\n", cluster.external ? "external" : std::to_string(CalcWorkerCount(cluster))));
 }
 
 // The run's folder with everything that does not depend on the answers.
 RunDirectory MakeRun(const LearnArguments& arguments, const PreparedScenario& prepared, const RunInfo& info) {
   if (!arguments.resume.empty()) return OpenRun(arguments.resume);
-  RunDirectory run =
-      arguments.out.empty() ? RunDirectory::CreateNamed("runs", info.scenario, info.started) : CreateRun(arguments.out);
-  run.WriteRunInfo(info);
-  WriteTools(*prepared.model, prepared.problem.parameters.initial, run, "initial");
-  WriteScenario(prepared.scenario, run);
-  return run;
+  return MakeNewRun({"runs", arguments.out}, info, [&](const RunDirectory& run) {
+    run.WriteRunInfo(info);
+    WriteTools(*prepared.model, prepared.problem.parameters.initial, run, "initial");
+    WriteScenario(prepared.scenario, run);
+  });
 }
 
 std::string FormatRate(const TestSummary& test) {
@@ -79,21 +83,28 @@ std::string FormatRate(const TestSummary& test) {
                      100.0 * test.success_interval.upper);
 }
 
-void PrintSummary(const Scene& scene, const ResultDocument& document, const RunDirectory& run, bool has_picture) {
-  fmt::print(stderr, "\n{}: learned with {} ({} rollouts) in {}\n", document.scenario, document.method,
-             document.rollouts_total, FormatDuration(document.wall_s));
-  if (scene.success)
-    fmt::print(stderr, "  success   {} -> {} of {} unseen variations (95% interval)\n",
-               FormatRate(document.test_initial), FormatRate(document.test_learned), document.test_learned.variations);
-  fmt::print(stderr, "  mean loss {:.4g} -> {:.4g}\n", document.test_initial.loss_mean,
-             document.test_learned.loss_mean);
-  if (scene.design) {
-    fmt::print(stderr, "  tool      {} (millimetres, ready to print)\n",
-               (run.tool_path() / (scene.design->bodies.size() == 1 ? "learned.stl" : "learned_*.stl")).string());
+std::string FormatSummary(const Scene& scene, const ResultDocument& document, const RunDirectory& run,
+                          bool has_picture) {
+  std::string text = fmt::format("\n{}: learned with {} ({} rollouts) in {}\n", document.scenario, document.method,
+                                 document.rollouts_total, FormatDuration(document.wall_s));
+  if (scene.success) {
+    text +=
+        fmt::format("  success   {} -> {} of {} unseen variations (95% interval)\n", FormatRate(document.test_initial),
+                    FormatRate(document.test_learned), document.test_learned.variations);
+  } else {
+    text += "  success   no success test\n";
   }
-  if (scene.policy) fmt::print(stderr, "  policy    {}\n", (run.policy_path() / "learned.txt").string());
-  if (has_picture) fmt::print(stderr, "  picture   {} (open it in a browser)\n", (run.path() / "picture.svg").string());
-  fmt::print(stderr, "  figures   {}, metrics.csv and more beside it\n", run.result_path().string());
+  text += fmt::format("  mean loss {:.4g} -> {:.4g}{}\n", document.test_initial.loss_mean,
+                      document.test_learned.loss_mean, FormatLossUnit(scene));
+  if (scene.design) {
+    text +=
+        fmt::format("  tool      {} (millimetres, ready to print)\n",
+                    (run.tool_path() / (scene.design->bodies.size() == 1 ? "learned.stl" : "learned_*.stl")).string());
+  }
+  if (scene.policy) text += fmt::format("  policy    {}\n", (run.policy_path() / "learned.txt").string());
+  if (has_picture)
+    text += fmt::format("  picture   {} (open it in a browser)\n", (run.path() / "picture.svg").string());
+  return text + fmt::format("  figures   {}, metrics.csv and more beside it\n", run.result_path().string());
 }
 
 ResultDocument LearnAndTest(const PreparedScenario& prepared, JournaledService& service, RunRecorder& recorder) {
@@ -110,6 +121,7 @@ ResultDocument LearnAndTest(const PreparedScenario& prepared, JournaledService& 
   document.seed = prepared.options.seed;
   document.parameters = prepared.problem.parameters;
   document.learned = learned.theta;
+  document.has_success = prepared.scenario.parsed.scene.success.has_value();
   document.test_initial = test(prepared.problem.parameters.initial);
   document.test_learned = test(learned.theta);
   document.rollouts_total = service.total();
@@ -129,7 +141,7 @@ bool WritePicture(const PreparedScenario& prepared, const ResultDocument& docume
   WriteFileAtomically(run.path() / "picture.svg", *svg);
   return true;
 } catch (const std::exception& e) {
-  recorder->RecordEvent("no_picture", {{"error", e.what()}});
+  recorder->TryRecordEvent("no_picture", {{"error", e.what()}});
   return false;
 }
 
@@ -146,34 +158,34 @@ int RunLearn(const LearnArguments& arguments) {
     PrintPlan(prepared, arguments.cluster);
     return kExitDone;
   }
-  const RunInfo info = MakeRunInfo(prepared.scenario, prepared.config_hash);
   const EngineIdentity engine = FindEngineIdentity(arguments.cluster.engine);
+  const RunInfo info = MakeRunInfo(prepared.scenario, prepared.config_hash, engine);
+  ClusterSession session(arguments.cluster, engine, prepared.scenario.files, prepared.problem.parameters.controls);
   const RunDirectory run = MakeRun(arguments, prepared, info);
-  Journal::Opened journal = OpenRunJournal(run, MakeRunIdentity(info, engine));
-  ClusterOptions cluster = arguments.cluster;
-  cluster.directory = run.path();
-  ClusterSession session(cluster, engine, prepared.scenario.files, prepared.problem.parameters.controls);
-  JournaledService service(&session.dispatcher(), &journal.journal, journal.payloads);
+  Journal::Opened journal = OpenRunJournal(run, info.identity);
+  session.StartWorkers(run.path());
+  JournaledService service(&session.dispatcher(), &journal.journal, std::move(journal.payloads));
   const RunPlan plan{prepared.scenario.parsed.scene.name, GetName(prepared.options.method),
-                     prepared.problem.parameters.names, CalcMostRollouts(prepared.options), 2 * CountTests(prepared)};
+                     prepared.problem.parameters.names,   FormatLossUnit(prepared.scenario.parsed.scene),
+                     CalcMostRollouts(prepared.options),  2 * CountTests(prepared)};
   RunRecorder recorder(plan, run, &session, &service, arguments.quiet);
   ResultDocument document;
   try {
     document = LearnAndTest(prepared, service, recorder);
   } catch (const Interrupted&) {
-    recorder.RecordEvent("interrupted", {});
+    recorder.TryRecordEvent("interrupted", {});
     throw Interrupted(fmt::format("interrupted; everything so far is saved, go on with: knap learn --resume {}",
                                   run.path().string()));
   } catch (const std::exception& e) {
-    recorder.RecordEvent("failed", {{"error", e.what()}});
+    recorder.TryRecordEvent("failed", {{"error", e.what()}});
     throw;
   }
   WriteTools(*prepared.model, document.learned, run, "learned");
   const bool has_picture = WritePicture(prepared, document, run, &recorder);
   run.WriteResult(document);
-  recorder.RecordEvent("done", {{"wall_s", document.wall_s}});
-  if (!arguments.quiet) PrintSummary(prepared.scenario.parsed.scene, document, run, has_picture);
-  if (arguments.json) fmt::print("{}\n", MakeJsonText(MakeResultJson(document), 2));
+  recorder.TryRecordEvent("done", {{"wall_s", document.wall_s}});
+  recorder.Tell(FormatSummary(prepared.scenario.parsed.scene, document, run, has_picture));
+  if (arguments.json) WriteOutput(fmt::format("{}\n", MakeJsonText(MakeResultJson(document), 2)));
   return kExitDone;
 }
 

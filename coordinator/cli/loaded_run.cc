@@ -1,10 +1,9 @@
 #include "coordinator/cli/loaded_run.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <array>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <system_error>
@@ -12,19 +11,15 @@
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/problem_from_scene.h"
 #include "coordinator/run_directory/durable_file.h"
+#include "lcmtypes/program/standard_streams.h"
 #include "lcmtypes/wire/content_id.h"
+#include "lcmtypes/wire/text.h"
 #include "sim/rollout/check_model.h"
 
 namespace knap {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string FindHostName() {
-  std::array<char, 256> name{};
-  gethostname(name.data(), name.size() - 1);
-  return name.data();
-}
 
 std::vector<double> ReadLearnedTheta(const RunDirectory& run, std::size_t size) {
   if (!fs::exists(run.result_path())) {
@@ -65,6 +60,22 @@ RunDirectory OpenRun(const fs::path& path) {
 
 RunDirectory CreateRun(const fs::path& path) {
   return AsUsage([&] { return RunDirectory::Create(path); });
+}
+
+RunDirectory MakeNewRun(const NewRunPlace& place, const RunInfo& info,
+                        const std::function<void(const RunDirectory&)>& fill) {
+  const RunDirectory run =
+      place.out.empty() ? RunDirectory::CreateNamed(place.home, info.scenario, info.started) : CreateRun(place.out);
+  try {
+    fill(run);
+  } catch (...) {
+    run.Remove();
+    throw;
+  }
+  if (place.out.empty()) {
+    if (const std::optional<std::string> obstacle = run.LinkLatest()) WriteMessage("knap: " + *obstacle + "\n");
+  }
+  return run;
 }
 
 RunDirectory OpenRunOfThisBuild(const fs::path& path) {
@@ -121,7 +132,7 @@ std::vector<double> RunOrScenario::ReadLearned(std::size_t size) const {
   return ReadLearnedTheta(OpenRun(path_), size);
 }
 
-RunInfo MakeRunInfo(const LoadedScenario& scenario, const std::string& config_hash) {
+RunInfo MakeRunInfo(const LoadedScenario& scenario, const std::string& config_hash, const EngineIdentity& engine) {
   RunInfo info;
   info.version = KNAP_VERSION;
   info.build = CalcBuild();
@@ -132,6 +143,11 @@ RunInfo MakeRunInfo(const LoadedScenario& scenario, const std::string& config_ha
   info.host = FindHostName();
   info.config_hash = config_hash;
   info.started = std::chrono::system_clock::now();
+  // What a run's bits depend on beside the build of knap itself (OpenRunOfThisBuild).
+  info.identity = {{"configuration", config_hash},
+                   {"engine", engine.name},
+                   {"build of knap-worker", engine.build},
+                   {"arithmetic (processor or mathematical library)", FormatHex(engine.fingerprint)}};
   return info;
 }
 

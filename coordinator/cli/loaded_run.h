@@ -2,17 +2,31 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "coordinator/run_directory/run_directory.h"
+#include "lcmtypes/wire/engine_identity.h"
 #include "sim/scenarios/scenario_files.h"
 
 namespace knap {
 
 // Throws UsageError with all that is wrong, one line each, unless the scenario is valid.
 LoadedScenario LoadValidScenario(const std::filesystem::path& config, std::span<const std::string> overrides);
+
+// Where a new run goes: the folder `out` (see RunDirectory::Create), or one named by time within `home`, to
+// which home/latest then leads (what keeps it from doing so is said on stderr).
+struct NewRunPlace {
+  std::string home;
+  std::string out;  // empty: a named one
+};
+
+// A new run's folder with what `fill` writes into it. When that fails, the folder is gone again, and does not stand in
+// the way of the next try. Throws as CreateRun does.
+RunDirectory MakeNewRun(const NewRunPlace& place, const RunInfo& info,
+                        const std::function<void(const RunDirectory&)>& fill);
 
 // RunDirectory's Open and Create, with UsageError when the folder is not what they need.
 RunDirectory OpenRun(const std::filesystem::path& path);
@@ -42,7 +56,7 @@ class RunOrScenario {
   std::filesystem::path config_;
 };
 
-// Where a run began: method and seed are in config.yaml; this tells the rest (run.json).
-RunInfo MakeRunInfo(const LoadedScenario& scenario, const std::string& config_hash);
+// Where a run began and what its bits depend on (run.json); method and seed are in config.yaml too.
+RunInfo MakeRunInfo(const LoadedScenario& scenario, const std::string& config_hash, const EngineIdentity& engine);
 
 }  // namespace knap

@@ -7,13 +7,17 @@
 #include "coordinator/cli/gradcheck_command.h"
 #include "coordinator/cli/landscape_command.h"
 #include "coordinator/cli/learn_command.h"
+#include "coordinator/cli/repair_command.h"
 #include "coordinator/cli/rollout_command.h"
 #include "coordinator/cli/status_command.h"
 #include "coordinator/cli/study_command.h"
 #include "coordinator/cli/validate_command.h"
 #include "coordinator/cli/verify_log_command.h"
+#include "lcmtypes/program/command_line.h"
+#include "lcmtypes/program/standard_streams.h"
 
 int main(int argc, char** argv) {
+  knap::SecureStandardStreams();
   CLI::App app("Learns the shape of a robot's tool on a cluster of differentiable simulators.", "knap");
   app.set_version_flag("--version", "knap " KNAP_VERSION);
   app.require_subcommand(1);
@@ -23,6 +27,7 @@ int main(int argc, char** argv) {
   knap::AddEvaluateCommand(&app, &command);
   knap::AddGradcheckCommand(&app, &command);
   knap::AddLandscapeCommand(&app, &command);
+  knap::AddRepairCommand(&app, &command);
   knap::AddRolloutCommand(&app, &command);
   knap::AddValidateCommand(&app, &command);
   knap::AddStatusCommand(&app, &command);
@@ -30,7 +35,7 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? knap::kExitDone : knap::kExitUsage;
+    return knap::EndParsing(app, e);
   }
   return knap::RunCommand(command);
 }

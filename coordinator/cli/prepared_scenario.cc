@@ -8,6 +8,7 @@
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/loaded_run.h"
 #include "coordinator/cli/problem_from_scene.h"
+#include "coordinator/cli/request_volume.h"
 #include "coordinator/run_directory/durable_file.h"
 #include "lcmtypes/wire/scenario_bundle.h"
 #include "sim/geometry/mesh_io.h"
@@ -28,15 +29,15 @@ PreparedScenario PrepareScenario(const fs::path& config, std::span<const std::st
   } catch (const std::exception& e) {
     throw UsageError(fmt::format("{}: {}", config.string(), e.what()));
   }
+  const std::size_t values = prepared.problem.parameters.names.size() + prepared.problem.variations.size();
+  const Scene& scene = prepared.scenario.parsed.scene;
+  CheckRequestVolume(config.string() + ": evaluation.variations", {static_cast<double>(scene.evaluation.variations)},
+                     values);
+  // A batch and its distillation set, each query with the reference beside theta.
+  CheckRequestVolume(config.string() + ": learning.batch", {2.0, static_cast<double>(scene.learning.batch)},
+                     2 * values);
   prepared.config_hash = FormatHex(CalcScenarioId(EncodeBundle(prepared.scenario.files)));
   return prepared;
-}
-
-RunIdentity MakeRunIdentity(const RunInfo& info, const EngineIdentity& engine) {
-  return {{"configuration", info.config_hash},
-          {"engine", engine.name},
-          {"build of knap-worker", engine.build},
-          {"arithmetic (processor or mathematical library)", FormatHex(engine.fingerprint)}};
 }
 
 Journal::Opened OpenRunJournal(const RunDirectory& run, const RunIdentity& identity) try {

@@ -29,9 +29,6 @@ struct PreparedScenario {
 // Throws UsageError with all that is wrong, one line each.
 PreparedScenario PrepareScenario(const std::filesystem::path& config, std::span<const std::string> overrides);
 
-// What a run's bits depend on beside the build of knap itself (OpenRunOfThisBuild).
-RunIdentity MakeRunIdentity(const RunInfo& info, const EngineIdentity& engine);
-
 // The run's journal, made when there is none: a run killed before that has asked nothing yet. Throws UsageError when it
 // is another run's, std::system_error when the disk refuses.
 Journal::Opened OpenRunJournal(const RunDirectory& run, const RunIdentity& identity);

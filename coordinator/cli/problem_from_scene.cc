@@ -105,6 +105,8 @@ LearningOptions MakeLearningOptions(const Scene& scene) {
   options.variations = static_cast<int>(learning.variations);
   options.batch = static_cast<int>(learning.batch);
   options.dimensions_per_batch = static_cast<int>(learning.dimensions_per_batch);
+  // It counts design parameters; a scene without any has no use for it.
+  if (!scene.design) options.dimensions_per_batch = 1;
   options.alpha = learning.alpha;
   options.learning_rate = learning.learning_rate;
   options.learning_rate_decay = learning.decay;

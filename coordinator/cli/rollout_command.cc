@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <chrono>
-#include <cmath>
 #include <cstdint>
 #include <iterator>
 #include <memory>
@@ -15,10 +14,13 @@
 
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/loaded_run.h"
+#include "coordinator/cli/loss_unit.h"
 #include "coordinator/cli/problem_from_scene.h"
 #include "coordinator/cli/request_replay.h"
 #include "coordinator/cli/rollout_arguments.h"
 #include "coordinator/run_directory/journal.h"
+#include "coordinator/run_directory/result_document.h"
+#include "lcmtypes/program/standard_streams.h"
 #include "lcmtypes/wire/scenario_bundle.h"
 #include "sim/rollout/rollout.h"
 
@@ -55,10 +57,6 @@ struct RolloutRecord {
   double forward_s, gradient_s;
 };
 
-nlohmann::ordered_json MakeNumber(double value) {
-  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
-}
-
 // dloss/dtheta_i; empty when the rollout has no gradient.
 std::optional<double> GetDerivative(const RolloutRecord& record, std::size_t i) {
   const Eigen::VectorXd& design = record.output.gradient;
@@ -77,7 +75,7 @@ nlohmann::ordered_json MakeJson(const RolloutRecord& record) {
     const std::string& name = record.parameters.names[i];
     const std::optional<double> derivative = GetDerivative(record, i);
     theta[name] = record.theta[i];
-    gradient[name] = derivative ? MakeNumber(*derivative) : nullptr;
+    gradient[name] = derivative ? MakeJsonNumber(*derivative) : nullptr;
   }
   nlohmann::ordered_json variation = nlohmann::ordered_json::object();
   for (std::size_t i = 0; i < record.input.variation.size(); ++i) {
@@ -86,8 +84,8 @@ nlohmann::ordered_json MakeJson(const RolloutRecord& record) {
   return {{"scenario", record.scene.name},
           {"theta", std::move(theta)},
           {"variation", std::move(variation)},
-          {"loss", MakeNumber(output.loss)},
-          {"success", output.success},
+          {"loss", MakeJsonNumber(output.loss)},
+          {"success", record.scene.success ? nlohmann::ordered_json(output.success) : nullptr},
           {"gradient", std::move(gradient)},
           {"steps", output.steps},
           {"forward_s", record.forward_s},
@@ -97,15 +95,16 @@ nlohmann::ordered_json MakeJson(const RolloutRecord& record) {
             {"converged", output.certificate.converged},
             {"gradient_reliable", output.gradient_reliable},
             {"reasons", output.doubts},
-            {"loss_error", MakeNumber(output.loss_error)},
-            {"touchdown_share", MakeNumber(output.touchdown_share)},
-            {"gradient_change", MakeNumber(output.gradient_change)},
-            {"loss_rounding", MakeNumber(output.loss_rounding)},
-            {"worst_residual", MakeNumber(output.certificate.worst_residual)},
+            {"loss_error", MakeJsonNumber(output.loss_error)},
+            {"touchdown_share", MakeJsonNumber(output.touchdown_share)},
+            {"gradient_change", MakeJsonNumber(output.gradient_change)},
+            {"loss_rounding", MakeJsonNumber(output.loss_rounding)},
+            {"worst_residual", MakeJsonNumber(output.certificate.worst_residual)},
             {"subdivided_steps", output.certificate.subdivided_steps},
             {"rejected_steps", output.certificate.rejected_steps},
             {"newton_iterations", output.certificate.newton_iterations},
-            {"contact_onsets", output.certificate.contact_onsets}}}};
+            {"contact_onsets", output.certificate.contact_onsets},
+            {"failure", output.failure.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(output.failure)}}}};
 }
 
 std::string FormatRecord(const RolloutRecord& record) {
@@ -113,10 +112,10 @@ std::string FormatRecord(const RolloutRecord& record) {
   const auto yes = [](bool value) { return value ? "yes" : "no"; };
   std::string text;
   const auto out = std::back_inserter(text);
-  fmt::format_to(
-      out, "loss       {:.9g}{}\n", output.loss,
-      record.input.theta_reference.size() + record.input.controls_reference.size() > 0 ? "  (distillation)" : "");
-  fmt::format_to(out, "success    {}\n", yes(output.success));
+  const bool distils = record.input.theta_reference.size() + record.input.controls_reference.size() > 0;
+  fmt::format_to(out, "loss       {:.9g}{}\n", output.loss,
+                 distils ? "  (distillation)" : FormatLossUnit(record.scene));
+  fmt::format_to(out, "success    {}\n", record.scene.success ? yes(output.success) : "no success test");
   fmt::format_to(out, "steps      {}\n", output.steps);
   fmt::format_to(out, "time       {:.1f} ms forward, {:.1f} ms gradient\n", 1e3 * record.forward_s,
                  1e3 * record.gradient_s);
@@ -132,6 +131,7 @@ std::string FormatRecord(const RolloutRecord& record) {
     fmt::format_to(out, "           gradient reliable {}{}{}\n", yes(output.gradient_reliable),
                    output.doubts.empty() ? "" : ": ", fmt::join(output.doubts, ", "));
   }
+  if (!output.failure.empty()) fmt::format_to(out, "failed     {}\n", output.failure);
   if (!record.input.variation.empty()) fmt::format_to(out, "\n{:<36} {:>16}\n", "varied key", "value [SI]");
   for (std::size_t i = 0; i < record.input.variation.size(); ++i) {
     fmt::format_to(out, "{:<36} {:>16.9g}\n", record.scene.variation[i].key, record.input.variation[i]);
@@ -214,7 +214,7 @@ int RunRollout(const RolloutFlags& flags) {
   std::vector<double> theta(input.theta.begin(), input.theta.end());
   theta.insert(theta.end(), input.controls.begin(), input.controls.end());
   const RolloutRecord record{scene, parameters, theta, input, output, model.forward_s, model.gradient_s};
-  fmt::print("{}", flags.json ? MakeJson(record).dump(2) + "\n" : FormatRecord(record));
+  WriteOutput(flags.json ? MakeJson(record).dump(2) + "\n" : FormatRecord(record));
   return kExitDone;
 }
 

@@ -5,22 +5,20 @@
 
 #include <cmath>
 #include <filesystem>
-#include <iostream>
 #include <utility>
 
 #include "knap/run_status_t.hpp"
+#include "lcmtypes/program/standard_streams.h"
+#include "lcmtypes/wire/text.h"
 
 namespace knap {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-// JSON has no infinity: the loss of a batch in which nothing was trusted is null.
-Json MakeNumber(double value) { return std::isfinite(value) ? Json(value) : Json(); }
-
 // Whoever reads it later may stand elsewhere. Empty: no key.
 std::string FindAbsolutePath(const std::string& path) {
-  return path.empty() ? "" : std::filesystem::absolute(path).lexically_normal().string();
+  return path.empty() ? "" : CleanText(std::filesystem::absolute(path).lexically_normal().string());
 }
 
 }  // namespace
@@ -36,8 +34,11 @@ RunRecorder::RunRecorder(const RunPlan& plan, const RunDirectory& run, ClusterSe
       rollouts_(run.rollouts_path()),
       events_(run.events_path()),
       phase_started_us_(started_us_ - static_cast<std::int64_t>(earlier_.worked_s * 1e6)) {
-  if (!quiet) reporter_.emplace(std::cerr, DetectTerminal(STDERR_FILENO));
+  if (!quiet) {
+    reporter_.emplace([this](std::string_view text) { Tell(text); }, DetectTerminal(STDERR_FILENO));
+  }
   state_.title = fmt::format("{} {}", plan_.scenario, plan_.method);
+  state_.loss_unit = plan_.loss_unit;
   state_.tests = plan_.tests;
   state_.workers_wanted = session_->workers_wanted();
   progress_.state = run_status_t::kWaiting;
@@ -50,7 +51,7 @@ RunRecorder::RunRecorder(const RunPlan& plan, const RunDirectory& run, ClusterSe
                         {"lcm_url", session_->lcm_url()},
                         {"key_file", FindAbsolutePath(session_->key_file())},
                         {"workers", session_->workers_wanted()},
-                        {"answers_from_journal", service_->preloaded()}});
+                        {"answers_from_journal", service_->from_journal()}});
 }
 
 RunRecorder::~RunRecorder() {
@@ -67,6 +68,18 @@ std::int64_t RunRecorder::reissued() const { return earlier_.reissued + session_
 
 void RunRecorder::RecordEvent(const std::string& event, const Json& details) {
   events_.Append(elapsed_s(), event, details);
+}
+
+void RunRecorder::TryRecordEvent(const std::string& event, const Json& details) noexcept try {
+  RecordEvent(event, details);
+} catch (const std::exception&) {
+}
+
+void RunRecorder::Tell(std::string_view text) {
+  if (!reporter_) return;  // quiet
+  const std::error_code error = WriteMessage(text);
+  if (!error || std::exchange(said_dropped_, true)) return;
+  TryRecordEvent("progress_dropped", {{"error", error.message()}});
 }
 
 void RunRecorder::OnBatchStart(const BatchStart& start) {
@@ -114,8 +127,8 @@ void RunRecorder::OnBatchBox(const BatchBox& box) {
 void RunRecorder::OnBatchEnd(const BatchEnd& end) {
   RecordEvent("batch_end", {{"batch", end.batch},
                             {"theta", end.theta},
-                            {"start_loss", MakeNumber(end.start_loss)},
-                            {"best_loss", MakeNumber(end.best_loss)},
+                            {"start_loss", MakeJsonNumber(end.start_loss)},
+                            {"best_loss", MakeJsonNumber(end.best_loss)},
                             {"evaluations", end.evaluations},
                             {"rejected", end.rejected},
                             {"stop", GetName(end.stop)}});
@@ -172,17 +185,22 @@ void RunRecorder::RecordLosses() {
     if (now != before) RecordEvent(event, {{"count", now - before}, {"total", now}});
   };
   note("workers_lost", counters.workers_lost, last_counters_.workers_lost);
+  note("workers_lacking", counters.workers_lacking, last_counters_.workers_lacking);
   note("workers_stalled", counters.workers_stalled, last_counters_.workers_stalled);
   note("requests_reissued", earlier_.reissued + counters.reissued, earlier_.reissued + last_counters_.reissued);
   note("requests_copied", counters.copied, last_counters_.copied);
   note("messages_refused", counters.refused.total(), last_counters_.refused.total());
   note("workers_restarted", session_->worker_restarts(), last_restarts_);
-  for (const auto& [instance, why] : session_->dispatcher().refused()) {
-    if (!told_refused_.insert(instance).second) continue;
-    RecordEvent("worker_refused", {{"why", why}});
-    if (reporter_) reporter_->Clear();
-    if (reporter_) fmt::print(stderr, "refused {}\n", why);
-  }
+  const auto tell = [this](const char* event, const std::string& word, const auto& workers) {
+    for (const auto& [instance, why] : workers) {
+      if (!told_workers_.insert(instance).second) continue;
+      RecordEvent(event, {{"why", why}});
+      if (reporter_) reporter_->Clear();
+      Tell(fmt::format("{}{}\n", word, why));
+    }
+  };
+  tell("worker_refused", "refused ", session_->dispatcher().refused());
+  tell("worker_left", "", session_->dispatcher().lacking());
   last_counters_ = counters;
   last_restarts_ = session_->worker_restarts();
 }
@@ -199,7 +217,7 @@ void RunRecorder::PublishProgress() {
   state_.elapsed_s = static_cast<double>(clock_.now_us() - phase_started_us_) * 1e-6;
   state_.rollouts = service_->answered();
   if (state_.phase == ProgressPhase::kTesting && state_.tested < plan_.tests) {
-    state_.tested = static_cast<int>(service_->answered() - test_begin_total_);
+    state_.tested = service_->answered() - test_begin_total_;
   }
   state_.workers_alive = dispatcher.CountUsableWorkers();
   state_.retries = dispatcher.counters().reissued;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "coordinator/cli/answer_journal.h"
@@ -23,6 +24,7 @@ struct RunPlan {
   std::string scenario;
   std::string method;
   std::vector<std::string> parameter_names;
+  std::string loss_unit;               // FormatLossUnit
   std::int64_t learning_rollouts = 0;  // at most
   int tests = 0;                       // rollouts of the test that follows
 };
@@ -45,6 +47,11 @@ class RunRecorder : public LearningObserver {
 
   // A line of events.jsonl.
   void RecordEvent(const std::string& event, const nlohmann::ordered_json& details);
+  // The same, dropped when the disk does not take it: for what must not hide how the run ended, nor end it.
+  void TryRecordEvent(const std::string& event, const nlohmann::ordered_json& details) noexcept;
+
+  // Text for people, on stderr unless quiet. What cannot be written is dropped; events.jsonl says so once.
+  void Tell(std::string_view text);
 
   // Since construction, and the time that earlier programs worked on the run; likewise the requests given again.
   double elapsed_s() const;
@@ -73,7 +80,8 @@ class RunRecorder : public LearningObserver {
   RunProgress progress_;
   DispatchCounters last_counters_;
   int last_restarts_ = 0;
-  std::set<std::int64_t> told_refused_;  // workers
+  bool said_dropped_ = false;
+  std::set<std::int64_t> told_workers_;  // workers
 };
 
 }  // namespace knap

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -19,6 +18,7 @@
 #include "coordinator/run_directory/result_document.h"
 #include "coordinator/watch/cluster_view.h"
 #include "coordinator/watch/status_text.h"
+#include "lcmtypes/program/standard_streams.h"
 #include "lcmtypes/wire/clock.h"
 #include "lcmtypes/wire/multicast.h"
 #include "lcmtypes/wire/open_transport.h"
@@ -81,9 +81,8 @@ void Watch(Transport* transport, const Clock& clock, ClusterView* view) {
   while (!stop) {
     const TerminalTraits traits = DetectTerminal(STDOUT_FILENO);  // the window may change
     const std::string text = FormatStatus(*view, clock.now_us(), traits.width, traits.colour);
-    if (drawn_lines > 0) fmt::print("\x1b[{}A\x1b[J", drawn_lines);
-    fmt::print("{}", text);
-    std::fflush(stdout);
+    if (drawn_lines > 0) WriteOutput(fmt::format("\x1b[{}A\x1b[J", drawn_lines));
+    WriteOutput(text);
     drawn_lines = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
     if (AllRunsAreDone(*view)) return;
     ListenUntil(clock.now_us() + kRedrawUs, transport, clock, view);
@@ -113,9 +112,9 @@ int RunStatus(const StatusArguments& arguments) {
   }
   ListenUntil(clock.now_us() + kSettleUs, transport.get(), clock, &view);
   if (arguments.json) {
-    fmt::print("{}\n", MakeJsonText(MakeStatusJson(view, clock.now_us(), bus.url), 2));
+    WriteOutput(fmt::format("{}\n", MakeJsonText(MakeStatusJson(view, clock.now_us(), bus.url), 2)));
   } else {
-    fmt::print("{}", FormatStatus(view, clock.now_us(), 120, false));
+    WriteOutput(FormatStatus(view, clock.now_us(), 120, false));
   }
   return kExitDone;
 }

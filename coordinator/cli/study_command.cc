@@ -2,26 +2,32 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdint>
-#include <cstdio>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "coordinator/cli/cluster_flags.h"
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/loaded_run.h"
+#include "coordinator/cli/loss_unit.h"
 #include "coordinator/cli/prepared_scenario.h"
+#include "coordinator/cli/request_volume.h"
 #include "coordinator/cli/study_recorder.h"
 #include "coordinator/run_directory/durable_file.h"
 #include "coordinator/study/study.h"
+#include "lcmtypes/program/standard_streams.h"
 
 namespace knap {
 namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
+
+constexpr int kMostSeeds = 1000;  // each run has a thread of its own
 
 struct StudyArguments {
   std::string config;
@@ -49,6 +55,10 @@ StudyOptions MakeStudyOptions(const StudyArguments& arguments, const PreparedSce
   options.seeds = arguments.seeds;
   for (const std::string& method : arguments.methods) options.methods.push_back(ParseLearningMethod(method));
   CheckStudyOptions(options);
+  CheckRequestVolume("--seeds, --methods and evaluation.variations",
+                     {static_cast<double>(options.seeds), static_cast<double>(options.methods.size()),
+                      static_cast<double>(std::max<std::int64_t>(options.tests, options.learning.batch))},
+                     prepared.problem.parameters.names.size() + prepared.problem.variations.size());
   return options;
 }
 
@@ -61,7 +71,11 @@ void ReadPlan(const RunDirectory& study, StudyArguments* arguments) {
   try {
     const Json plan = Json::parse(ReadFile(path));
     arguments->methods = plan.at("methods").get<std::vector<std::string>>();
-    arguments->seeds = plan.at("seeds").get<int>();
+    const auto seeds = plan.at("seeds").get<std::int64_t>();
+    if (seeds < 1 || seeds > kMostSeeds) {
+      throw UsageError(fmt::format("{}: seeds is {}; 1 to {} are allowed", path.string(), seeds, kMostSeeds));
+    }
+    arguments->seeds = static_cast<int>(seeds);
   } catch (const Json::exception& e) {
     throw UsageError(fmt::format("{}: {}", path.string(), e.what()));
   }
@@ -69,28 +83,28 @@ void ReadPlan(const RunDirectory& study, StudyArguments* arguments) {
 
 RunDirectory MakeStudy(const StudyArguments& arguments, const PreparedScenario& prepared, const StudyOptions& options,
                        const RunInfo& info) {
-  RunDirectory study = arguments.out.empty() ? RunDirectory::CreateNamed("studies", info.scenario, info.started)
-                                             : CreateRun(arguments.out);
-  study.WriteRunInfo(info);
-  WriteFileAtomically(FindPlan(study), MakeJsonText(MakePlanJson(options), 2) + "\n");
-  WriteScenario(prepared.scenario, study);
-  return study;
+  return MakeNewRun({"studies", arguments.out}, info, [&](const RunDirectory& study) {
+    study.WriteRunInfo(info);
+    WriteFileAtomically(FindPlan(study), MakeJsonText(MakePlanJson(options), 2) + "\n");
+    WriteScenario(prepared.scenario, study);
+  });
 }
 
 Json MakeResultsJson(const StudyOptions& options, const StudyResult& result, const JournaledService& service,
-                     double wall_s) {
+                     bool has_success, double wall_s) {
   Json json = MakePlanJson(options);
-  json["test"] = {{"initial", MakeEvaluationJson(result.initial)}};
+  json["test"] = {{"initial", MakeEvaluationJson(result.initial, has_success)}};
   json["methods_over_seeds"] = Json::array();
   for (const MethodSummary& summary : SummarizeMethods(options, result)) {
     const auto spread = [](const Spread& values) {
-      return Json{{"mean", values.mean}, {"std", values.standard_deviation}};
+      return Json{{"mean", MakeJsonNumber(values.mean)}, {"std", MakeJsonNumber(values.standard_deviation)}};
     };
+    const auto if_tested = [&](const Json& figure) { return has_success ? figure : Json(); };
     json["methods_over_seeds"].push_back({{"method", GetName(summary.method)},
-                                          {"success_rate", spread(summary.spread.success_rate)},
-                                          {"success_least", summary.success_least},
-                                          {"success_median", summary.success_median},
-                                          {"success_most", summary.success_most},
+                                          {"success_rate", if_tested(spread(summary.spread.success_rate))},
+                                          {"success_least", if_tested(summary.success_least)},
+                                          {"success_median", if_tested(summary.success_median)},
+                                          {"success_most", if_tested(summary.success_most)},
                                           {"loss_mean", spread(summary.spread.loss_mean)},
                                           {"worst_decile_loss", spread(summary.spread.worst_decile_loss)},
                                           {"rollouts_mean", summary.rollouts_mean}});
@@ -104,31 +118,58 @@ Json MakeResultsJson(const StudyOptions& options, const StudyResult& result, con
                             {"rollout_budget", budget ? Json(*budget) : Json()},
                             {"rollouts", run.learned.rollouts},
                             {"theta", run.learned.theta},
-                            {"test", MakeEvaluationJson(run.test)}});
+                            {"test", MakeEvaluationJson(run.test, has_success)}});
   }
   json["rollouts"] = {{"total", service.total()}, {"distinct", service.distinct()}};
   json["wall_s"] = wall_s;
   return json;
 }
 
-void PrintTable(const StudyOptions& options, const StudyResult& result, const JournaledService& service,
-                const RunDirectory& study, double wall_s) {
-  fmt::print(stderr, "\n{} methods with {} seeds each, {} rollouts in {}; success on {} variations that no run saw\n\n",
-             options.methods.size(), options.seeds, service.total(), FormatDuration(wall_s), options.tests);
-  fmt::print(stderr, "  {:<18} {:>7} {:>7} {:>7} {:>7} {:>6}  {:>10} {:>10}  {:>9}\n", "method", "median", "least",
-             "most", "mean", "std", "mean loss", "std", "rollouts");
-  fmt::print(stderr, "  {:<18} {:>6.1f}% {:>7} {:>7} {:>7} {:>6}  {:>10.4g}\n", "initial design",
-             100.0 * result.initial.success_rate, "", "", "", "", result.initial.loss_mean);
+// One line of the table; without a success test it has no rates.
+struct TableLine {
+  std::string method;
+  std::vector<std::string> rates;  // median, least, most, mean, standard deviation
+  std::string loss, loss_std, rollouts;
+};
+
+std::string FormatLine(const TableLine& line, bool has_success) {
+  std::string text = fmt::format("  {:<18}", line.method);
+  for (std::size_t i = 0; has_success && i < line.rates.size(); ++i) text += fmt::format(" {:>7}", line.rates[i]);
+  return text + fmt::format("  {:>10} {:>10}  {:>9}\n", line.loss, line.loss_std, line.rollouts);
+}
+
+std::string FormatTable(const StudyOptions& options, const StudyResult& result, const JournaledService& service,
+                        const Scene& scene, const RunDirectory& study, double wall_s) {
+  const bool has_success = scene.success.has_value();
+  const auto percent = [](double rate) { return fmt::format("{:.1f}%", 100.0 * rate); };
+  const auto number = [](double value) { return fmt::format("{:.4g}", value); };
+  const std::string unit = FormatLossUnit(scene);
+  std::string text =
+      fmt::format("\n{} methods with {} seeds each, {} rollouts in {}; {} on {} variations that no run saw{}\n\n",
+                  options.methods.size(), options.seeds, service.total(), FormatDuration(wall_s),
+                  has_success ? "success" : "loss (no success test)", options.tests,
+                  unit.empty() ? "" : fmt::format("; unit of losses:{}", unit));
+  text +=
+      FormatLine({"method", {"median", "least", "most", "mean", "std"}, "mean loss", "std", "rollouts"}, has_success);
+  text += FormatLine({"initial design",
+                      {percent(result.initial.success_rate), "", "", "", ""},
+                      number(result.initial.loss_mean),
+                      "",
+                      ""},
+                     has_success);
   for (const MethodSummary& summary : SummarizeMethods(options, result)) {
     const SeedSpread& spread = summary.spread;
-    fmt::print(stderr, "  {:<18} {:>6.1f}% {:>6.1f}% {:>6.1f}% {:>6.1f}% {:>5.1f}%  {:>10.4g} {:>10.4g}  {:>9.0f}\n",
-               GetName(summary.method), 100.0 * summary.success_median, 100.0 * summary.success_least,
-               100.0 * summary.success_most, 100.0 * spread.success_rate.mean,
-               100.0 * spread.success_rate.standard_deviation, spread.loss_mean.mean,
-               spread.loss_mean.standard_deviation, summary.rollouts_mean);
+    text += FormatLine({GetName(summary.method),
+                        {percent(summary.success_median), percent(summary.success_least), percent(summary.success_most),
+                         percent(spread.success_rate.mean), percent(spread.success_rate.standard_deviation)},
+                        number(spread.loss_mean.mean),
+                        number(spread.loss_mean.standard_deviation),
+                        fmt::format("{:.0f}", summary.rollouts_mean)},
+                       has_success);
   }
-  fmt::print(stderr, "\n  figures   {}\n  each run  {} and so on, like those of knap learn\n", FindPlan(study).string(),
-             (study.path() / StudyRecorder::MakeRunName(result.runs.front().learning)).string());
+  return text + fmt::format("\n  figures   {}\n  each run  {} and so on, like those of knap learn\n",
+                            FindPlan(study).string(),
+                            (study.path() / StudyRecorder::MakeRunName(result.runs.front().learning)).string());
 }
 
 int RunStudyCommand(StudyArguments arguments) {
@@ -147,16 +188,16 @@ int RunStudyCommand(StudyArguments arguments) {
   }
   if (arguments.first_seed) arguments.overrides.push_back(fmt::format("learning.seed={}", *arguments.first_seed));
   const PreparedScenario prepared = PrepareScenario(config, arguments.overrides);
+  const Scene& scene = prepared.scenario.parsed.scene;
   const StudyOptions options = MakeStudyOptions(arguments, prepared);
-  RunInfo info = MakeRunInfo(prepared.scenario, prepared.config_hash);
-  info.method = "study";
   const EngineIdentity engine = FindEngineIdentity(arguments.cluster.engine);
+  RunInfo info = MakeRunInfo(prepared.scenario, prepared.config_hash, engine);
+  info.method = "study";
+  ClusterSession session(arguments.cluster, engine, prepared.scenario.files, prepared.problem.parameters.controls);
   if (!study) study = MakeStudy(arguments, prepared, options, info);
-  Journal::Opened journal = OpenRunJournal(*study, MakeRunIdentity(info, engine));
-  ClusterOptions cluster = arguments.cluster;
-  cluster.directory = study->path();
-  ClusterSession session(cluster, engine, prepared.scenario.files, prepared.problem.parameters.controls);
-  JournaledService service(&session.dispatcher(), &journal.journal, journal.payloads);
+  Journal::Opened journal = OpenRunJournal(*study, info.identity);
+  session.StartWorkers(study->path());
+  JournaledService service(&session.dispatcher(), &journal.journal, std::move(journal.payloads));
   StudyRecorder recorder(prepared, options, *study, &session, &service, arguments.quiet);
   StudyResult result;
   try {
@@ -166,10 +207,10 @@ int RunStudyCommand(StudyArguments arguments) {
                                   study->path().string()));
   }
   recorder.Finish();
-  const Json results = MakeResultsJson(options, result, service, recorder.elapsed_s());
+  const Json results = MakeResultsJson(options, result, service, scene.success.has_value(), recorder.elapsed_s());
   WriteFileAtomically(FindPlan(*study), MakeJsonText(results, 2) + "\n");
-  if (!arguments.quiet) PrintTable(options, result, service, *study, recorder.elapsed_s());
-  if (arguments.json) fmt::print("{}\n", MakeJsonText(results, 2));
+  if (!arguments.quiet) WriteMessage(FormatTable(options, result, service, scene, *study, recorder.elapsed_s()));
+  if (arguments.json) WriteOutput(fmt::format("{}\n", MakeJsonText(results, 2)));
   return kExitDone;
 }
 
@@ -184,7 +225,7 @@ void AddStudyCommand(CLI::App* app, std::function<int()>* command) {
       study->add_option("--methods", arguments->methods, "comma-separated (default: ours,simple_continual,diffhand)")
           ->delimiter(',');
   CLI::Option* seeds = study->add_option("--seeds", arguments->seeds, "how many seeds each method has (default: 10)");
-  seeds->check(CLI::Range(1, 1000));
+  seeds->check(CLI::Range(1, kMostSeeds));
   study->add_option("--seed", arguments->first_seed, "the first of them (default: the scenario's)");
   AddClusterFlags(study, &arguments->cluster);
   CLI::Option* out = study->add_option("--out", arguments->out, "folder (default: studies/<scenario>-<UTC>)");

@@ -5,11 +5,12 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <iostream>
 #include <utility>
 
 #include "coordinator/cli/loaded_run.h"
+#include "coordinator/cli/loss_unit.h"
 #include "knap/run_status_t.hpp"
+#include "lcmtypes/program/standard_streams.h"
 
 namespace knap {
 namespace {
@@ -32,7 +33,7 @@ StudyRecorder::StudyRecorder(const PreparedScenario& prepared, const StudyOption
     const RunDirectory& folder = folders_.emplace_back(RunDirectory::Create(path));
     followers_.emplace_back(folder.metrics_path(), prepared_.problem.parameters.names, this);
   }
-  if (!quiet) reporter_.emplace(std::cerr, DetectTerminal(STDERR_FILENO));
+  if (!quiet) reporter_.emplace(WriteMessage, DetectTerminal(STDERR_FILENO));
   session_->set_on_pump([this] { Pump(); });
 }
 
@@ -70,6 +71,7 @@ void StudyRecorder::OnRunEnd(std::size_t run, const StudyRun& result) {
   document.seed = result.learning.seed;
   document.parameters = prepared_.problem.parameters;
   document.learned = result.learned.theta;
+  document.has_success = prepared_.scenario.parsed.scene.success.has_value();
   document.test_initial = *initial_;
   document.test_learned = result.test;
   document.rollouts_total = result.rollouts_total;
@@ -81,8 +83,12 @@ void StudyRecorder::OnRunEnd(std::size_t run, const StudyRun& result) {
   followers_[run].done = 1.0;
   const std::lock_guard lock(mutex_);
   ++ended_;
-  news_.push_back(fmt::format("{:<18} seed {}: {:5.1f}% succeed, {} rollouts of learning", document.method,
-                              document.seed, 100.0 * result.test.success_rate, result.learned.rollouts));
+  const Scene& scene = prepared_.scenario.parsed.scene;
+  const std::string figure = scene.success
+                                 ? fmt::format("{:5.1f}% succeed", 100.0 * result.test.success_rate)
+                                 : fmt::format("mean loss {:.4g}{}", result.test.loss_mean, FormatLossUnit(scene));
+  news_.push_back(fmt::format("{:<18} seed {}: {}, {} rollouts of learning", document.method, document.seed, figure,
+                              result.learned.rollouts));
 }
 
 void StudyRecorder::Pump() {
@@ -93,7 +99,7 @@ void StudyRecorder::Pump() {
   }
   if (reporter_ && !news.empty()) reporter_->Clear();
   if (reporter_) {
-    for (const std::string& line : news) fmt::print(stderr, "{}\n", line);
+    for (const std::string& line : news) WriteMessage(line + "\n");
   }
   ShowProgress();
 }

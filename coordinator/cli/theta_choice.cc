@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "coordinator/cli/exit_codes.h"
+#include "coordinator/cli/request_volume.h"
 #include "coordinator/cli/rollout_arguments.h"
 #include "sim/scenarios/units.h"
 
@@ -21,6 +22,8 @@ std::vector<std::vector<double>> SampleThetas(std::string_view count_text, const
   if (!count || *count < 1 || *count > kMostRandom) {
     throw UsageError(fmt::format("--theta: random:{}: expected a number from 1 to {}", count_text, kMostRandom));
   }
+  CheckRequestVolume(fmt::format("--theta: random:{}", count_text), {static_cast<double>(*count)},
+                     parameters.names.size());
   std::vector<std::vector<double>> thetas;
   for (std::int64_t i = 0; i < *count; ++i) {
     thetas.push_back(SampleTheta(parameters, seed, static_cast<std::uint64_t>(i)));

@@ -12,6 +12,8 @@
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/loaded_run.h"
 #include "coordinator/cli/problem_from_scene.h"
+#include "lcmtypes/program/standard_streams.h"
+#include "sim/rollout/design_corners.h"
 #include "sim/rollout/rollout.h"
 #include "sim/scenarios/describe_scene.h"
 
@@ -26,9 +28,25 @@ struct ValidateFlags {
 
 std::string Count(std::size_t n, const std::string& what) { return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s"); }
 
+// A design that the bounds allow and that folds a mesh is no error: such an evaluation is rejected.
+void WarnOfFoldedCorners(const std::string& config, const Scene& scene, const SceneDesign& design) {
+  const FoldedCorners corners = FindFoldedCorners(design, *scene.design);
+  if (corners.folded == 0) return;
+  std::string at;
+  for (std::size_t i = 0; i < scene.design->parameters.size(); ++i) {
+    const DesignParameter& parameter = scene.design->parameters[i];
+    const bool shift = parameter.kind == ParameterKind::kShift;
+    at += fmt::format("{}{} {:.6g}{}", i == 0 ? "" : ", ", parameter.name,
+                      corners.example(static_cast<Eigen::Index>(i)) * (shift ? 1000.0 : 1.0), shift ? " mm" : "");
+  }
+  WriteMessage(
+      fmt::format("{}: warning: {} of the {} designs tried at the ends of the bounds would be rejected; at {} {}\n",
+                  config, corners.folded, corners.tried, at, corners.fault));
+}
+
 int RunValidate(const ValidateFlags& flags) {
   if (flags.describe) {
-    fmt::print("{}", DescribeSceneFormat());
+    WriteOutput(DescribeSceneFormat());
     return kExitDone;
   }
   const LoadedScenario scenario = LoadValidScenario(flags.config, flags.overrides);
@@ -36,16 +54,18 @@ int RunValidate(const ValidateFlags& flags) {
   try {
     const RolloutModel model(scenario.files);
     if (HasParameters(scene)) MakeLearningOptions(scene);
+    if (model.design()) WarnOfFoldedCorners(flags.config, scene, *model.design());
   } catch (const std::exception& error) {
     throw UsageError(fmt::format("{}: {}", flags.config, error.what()));
   }
   const Rollout& rollout = scene.rollout;
-  fmt::print("{}: valid: {}, {}, {}, {}, {} of {} s\n", flags.config,
-             fmt::format("{} {}", scene.bodies.size(), scene.bodies.size() == 1 ? "body" : "bodies"),
-             Count(scene.contacts.size(), "contact"),
-             Count(scene.design ? scene.design->parameters.size() : 0, "design parameter"),
-             Count(scene.variation.size(), "varied key"),
-             Count(static_cast<std::size_t>(std::llround(rollout.horizon / rollout.step)), "step"), rollout.step);
+  WriteOutput(fmt::format("{}: valid: {}, {}, {}, {}, {} of {} s\n", flags.config,
+                          fmt::format("{} {}", scene.bodies.size(), scene.bodies.size() == 1 ? "body" : "bodies"),
+                          Count(scene.contacts.size(), "contact"),
+                          Count(scene.design ? scene.design->parameters.size() : 0, "design parameter"),
+                          Count(scene.variation.size(), "varied key"),
+                          Count(static_cast<std::size_t>(std::llround(rollout.horizon / rollout.step)), "step"),
+                          rollout.step));
   return kExitDone;
 }
 

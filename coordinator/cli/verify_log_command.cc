@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <filesystem>
 #include <lcm/lcm-cpp.hpp>
 #include <memory>
@@ -15,6 +14,7 @@
 #include "coordinator/cli/loaded_run.h"
 #include "coordinator/cli/run_lives.h"
 #include "coordinator/watch/run_recording.h"
+#include "lcmtypes/program/standard_streams.h"
 
 namespace knap {
 namespace {
@@ -49,14 +49,14 @@ int RunVerifyLog(const VerifyArguments& arguments) {
   if (events == 0) throw UsageError(arguments.log + ": holds no event; is it a recording of lcm-logger?");
 
   const RecordingCounters& counters = recording.counters();
-  fmt::print(
+  WriteOutput(fmt::format(
       "{} answers in the journal; recorded: {} events, {} requests, {} results, {} not in the journal, {} messages "
       "damaged or of another key\n",
-      journaled, events, counters.requests, counters.results, counters.unjournaled, counters.refused.total());
+      journaled, events, counters.requests, counters.results, counters.unjournaled, counters.refused.total()));
   if (const std::optional<std::string> difference = recording.FindDifference()) {
     throw std::runtime_error(fmt::format("{} does not tell {}: {}", arguments.log, arguments.run, *difference));
   }
-  fmt::print("{} tells {}\n", arguments.log, arguments.run);
+  WriteOutput(fmt::format("{} tells {}\n", arguments.log, arguments.run));
   return kExitDone;
 }
 

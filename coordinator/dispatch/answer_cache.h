@@ -16,7 +16,7 @@ class AnswerCache {
  public:
   struct Answer {
     RolloutOutcome outcome;
-    std::string worker;  // who computed it; empty when it was preloaded
+    std::string worker;  // who computed it
   };
 
   // Beyond `capacity` answers the oldest are forgotten.

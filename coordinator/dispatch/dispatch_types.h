@@ -40,6 +40,7 @@ struct DispatchCounters {
   std::int64_t late = 0;          // answers that nobody waits for any more
   std::int64_t workers_lost = 0;  // workers that fell silent or died
   std::int64_t workers_stalled = 0;
+  std::int64_t workers_lacking = 0;  // workers that left because they lacked something
   std::int64_t other_protocol = 0;   // status messages of workers that speak another protocol version
   std::int64_t other_engine = 0;     // status messages of workers with another engine
   std::int64_t workers_refused = 0;  // workers with the run's engine, but another build or other bits

@@ -75,21 +75,13 @@ std::vector<RolloutOutcome> Dispatcher::Evaluate(std::span<const RolloutQuery> q
       outcomes[i] = known->outcome;
       continue;
     }
-    const auto [request, is_new] = open_.try_emplace(id);
-    request->second.slots.push_back(&outcomes[i]);
-    if (!is_new) {
-      ++counters_.remembered;
-      continue;
-    }
-    request->second.query = queries[i];
-    request->second.opened_us = now_us;
-    waiting_.push_back(id);
+    if (!requests_.Ask(id, queries[i], &outcomes[i], now_us)) ++counters_.remembered;
   }
   usable_us_ = now_us;
-  pace_.Begin(open_.size());
+  pace_.Begin(requests_.open());
   try {
-    while (!open_.empty()) Turn(kTurnUs);
-    if (!owed_.empty()) Commit();  // of an earlier call that failed
+    while (requests_.open() > 0) Turn(kTurnUs);
+    if (!requests_.book().owed.empty()) Commit();  // of an earlier call that failed
   } catch (...) {
     CancelAll();
     throw;
@@ -121,17 +113,24 @@ void Dispatcher::StopWorkers(double timeout_s) {
       }
       send_us = clock_->now_us() + kStopRetryUs;
     }
-    std::optional<Message> message = transport_->Receive(kTurnUs);
-    for (; message; message = transport_->Receive(0)) Handle(*message);
+    const bool all_read = HandleMessages(kTurnUs);
     CommitIfDue(clock_->now_us());
     FlushMessages();
-    CheckLeases(clock_->now_us());
+    if (all_read) CheckLeases(clock_->now_us());
   }
   stopping_ = false;
   if (failure_) throw std::runtime_error(*std::exchange(failure_, std::nullopt));
 }
 
-void Dispatcher::Preload(const ContentId& id, RolloutOutcome outcome) { answers_.Insert(id, {std::move(outcome), ""}); }
+bool Dispatcher::HandleMessages(std::int64_t wait_us) {
+  int handled = 0;
+  std::optional<Message> message = transport_->Receive(wait_us);
+  for (; message; message = transport_->Receive(0)) {
+    Handle(*message);
+    if (++handled == kMessagesPerTurn) return false;
+  }
+  return true;
+}
 
 void Dispatcher::Turn(std::int64_t wait_us) {
   const std::int64_t begin_us = clock_->now_us();
@@ -139,14 +138,9 @@ void Dispatcher::Turn(std::int64_t wait_us) {
 
   AssignWaiting();
   FlushMessages();
-  int handled = 0;
-  std::optional<Message> message = transport_->Receive(wait_us);
-  for (; message; message = transport_->Receive(0)) {
-    Handle(*message);
-    if (++handled == kMessagesPerTurn) break;
-  }
+  const bool all_read = HandleMessages(wait_us);
   const std::int64_t now_us = clock_->now_us();
-  if (handled < kMessagesPerTurn) CheckLeases(now_us);  // only when no sign of life lies unread
+  if (all_read) CheckLeases(now_us);  // only when no sign of life lies unread
   CommitIfDue(now_us);
   AssignWaiting();
   FlushMessages();
@@ -162,18 +156,19 @@ void Dispatcher::Turn(std::int64_t wait_us) {
 }
 
 void Dispatcher::Owe(const ContentId& id, const rollout_result_t& result) {
-  if (owed_.empty()) owed_since_us_ = clock_->now_us();
-  owed_.push_back({id, result.sender, result.worker});
+  if (requests_.book().owed.empty()) owed_since_us_ = clock_->now_us();
+  requests_.Owe({id, result.sender, result.worker});
 }
 
 void Dispatcher::CommitIfDue(std::int64_t now_us) {
-  if (owed_.empty()) return;
-  if (open_.empty() || owed_.size() >= kMostOwed || now_us - owed_since_us_ >= kCommitUs) Commit();
+  const std::size_t owed = requests_.book().owed.size();
+  if (owed == 0) return;
+  if (requests_.open() == 0 || owed >= kMostOwed || now_us - owed_since_us_ >= kCommitUs) Commit();
 }
 
 void Dispatcher::Commit() {
   if (on_commit_) on_commit_();
-  for (const OwedAcknowledgement& owed : std::exchange(owed_, {})) {
+  for (const OwedAcknowledgement& owed : requests_.TakeOwed()) {
     if (KnownWorker* worker = roster_.Find(owed.instance)) {
       worker->unsent_acknowledgements.push_back(owed.id);
     } else if (IsName(owed.worker)) {

@@ -11,19 +11,17 @@
 
 #include <atomic>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <map>
 #include <optional>
-#include <set>
 #include <span>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 #include "coordinator/dispatch/answer_cache.h"
 #include "coordinator/dispatch/batch_pace.h"
 #include "coordinator/dispatch/dispatch_types.h"
+#include "coordinator/dispatch/request_table.h"
 #include "coordinator/dispatch/scenario_server.h"
 #include "coordinator/dispatch/worker_roster.h"
 #include "coordinator/rollout_service.h"
@@ -33,7 +31,6 @@
 #include "lcmtypes/wire/run_key.h"
 #include "lcmtypes/wire/sender.h"
 #include "lcmtypes/wire/transport.h"
-#include "lcmtypes/wire/value_parts.h"
 
 namespace knap {
 
@@ -63,9 +60,6 @@ class Dispatcher : public RolloutService {
   // Tells this run's workers to stop, again and again until all have said goodbye or `timeout_s` has passed.
   void StopWorkers(double timeout_s);
 
-  // Remembers an answer from an earlier life of the run: the query is then not computed again.
-  void Preload(const ContentId& id, RolloutOutcome outcome);
-
   // Throws std::invalid_argument for a query with fewer values than DispatchOptions::control_size.
   ContentId CalcId(const RolloutQuery& query) const;
   const ContentId& scenario() const { return scenario_server_.scenario(); }
@@ -94,33 +88,14 @@ class Dispatcher : public RolloutService {
   int CountUsableWorkers() const;
   // By instance: name and host of workers that were refused, and why; the first 16 of them.
   const std::map<std::int64_t, std::string>& refused() const { return refused_; }
+  // By instance: name and host of workers that left because they lacked something, and what; 16 of them.
+  const std::map<std::int64_t, std::string>& lacking() const { return lacking_; }
+  const RequestBook& requests() const { return requests_.book(); }
 
  private:
-  struct PartialAnswer {
-    std::int64_t worker = 0;
-    ValueAssembly gradient;
-  };
-  // An acknowledgement that waits until the answer is durable.
-  struct OwedAcknowledgement {
-    ContentId id{};
-    std::int64_t instance = 0;
-    std::string worker;
-  };
-  struct OpenRequest {
-    RolloutQuery query;
-    std::vector<RolloutOutcome*> slots;            // where the answer is wanted
-    std::vector<std::int64_t> assigned_to;         // workers that hold it
-    std::map<std::int64_t, std::int64_t> sent_us;  // by worker: when it was last sent
-    std::vector<PartialAnswer> partial;
-    std::int64_t opened_us = 0;
-    std::int32_t attempts = 0;
-    std::int32_t fatal_attempts = 0;
-    std::set<std::int64_t> stalled_on;  // workers that got stuck on it
-    bool waiting = true;                // in waiting_
-    bool suspect = false;               // was held by a worker that crashed: runs alone from now on
-  };
-
   void Turn(std::int64_t wait_us);
+  // Waits for a message, at most so long, and handles what has come; false when there may be more.
+  bool HandleMessages(std::int64_t wait_us);
   void Handle(const Message& message);
   bool Admit(const worker_status_t& status);
   void HandleStatus(const worker_status_t& status, std::int64_t arrival_us);
@@ -128,26 +103,31 @@ class Dispatcher : public RolloutService {
   void HandleResult(const rollout_result_t& result, std::int64_t arrival_us);
   void CompareWithKnown(const rollout_result_t& result, const AnswerCache::Answer& known);
   void Accept(const ContentId& id, const rollout_result_t& result, const std::vector<double>& gradient);
+  void CancelAtOthers(const ContentId& id, const Request& request, std::int64_t sender);
   void Owe(const ContentId& id, const rollout_result_t& result);
   void CommitIfDue(std::int64_t now_us);
   void Commit();
 
   void CheckLeases(std::int64_t now_us);
   void CheckForWorkers(std::int64_t now_us);
-  void Release(KnownWorker* worker);  // what it holds goes back to waiting_
-  void Unassign(const ContentId& id, KnownWorker* worker);
+  void Release(KnownWorker* worker);  // what it holds goes back into the queue, what it is to be sent is forgotten
+  void NoteLack(const worker_status_t& status);
+  bool HasAbleWorker(const Request& request) const;
   void CancelAll();
 
   void AssignWaiting();
-  KnownWorker* ChooseWorker(std::size_t limit);  // usable, holding least and less than this; may be null
-  void Assign(const ContentId& id, OpenRequest* request, KnownWorker* worker);
+  // Usable and able to compute it, holding least and less than this; may be null.
+  KnownWorker* ChooseWorker(const Request& request, std::size_t limit);
+  // Requests that occupy it: what it was given, and what it still computes although it was taken from it.
+  std::size_t CountOccupying(const KnownWorker& worker) const;
+  void NoteWork(KnownWorker* worker);  // it is about to be given a request
   // At the end of a batch, when nobody waits for a worker: those who have nothing to do get what waits behind another
   // one's running request (should that have begun it meanwhile, both answer), or else second copies of stragglers.
   void ServeIdleWorkers();
   void MoveTo(std::vector<KnownWorker*>* idle);
+  KnownWorker* TakeIdle(std::vector<KnownWorker*>* idle, const Request& request) const;  // able to compute it, or null
   void CopyTo(std::vector<KnownWorker*>* idle);
   std::optional<ContentId> FindMovable(const KnownWorker& worker) const;  // what it holds and does not run
-  void Enqueue(const ContentId& id, OpenRequest* request, KnownWorker* worker, std::int64_t now_us);
   void SendRequests(KnownWorker* worker);
   void SendControl(std::int32_t kind, const KnownWorker& worker, std::span<const ContentId> ids);
   void FlushMessages();
@@ -166,12 +146,11 @@ class Dispatcher : public RolloutService {
   AnswerCache answers_;
   BatchPace pace_;
 
-  std::unordered_map<ContentId, OpenRequest, ContentIdHash> open_;
-  std::vector<OwedAcknowledgement> owed_;
+  RequestTable requests_;
   std::int64_t owed_since_us_ = 0;
-  std::deque<ContentId> waiting_;  // requests that nobody holds, next one first; answered ones are skipped
 
   std::map<std::int64_t, std::string> refused_;
+  std::map<std::int64_t, std::string> lacking_;
 
   std::int64_t turn_ended_us_ = 0;       // when we last listened
   std::int64_t listening_since_us_ = 0;  // without a long pause

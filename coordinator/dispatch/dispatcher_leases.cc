@@ -9,8 +9,7 @@ namespace knap {
 namespace {
 
 constexpr std::int64_t kForgetUs = 60'000'000;  // a worker silent for so long is like a new one if it comes again
-constexpr std::int32_t kMaxFatalAttempts = 3;
-constexpr std::size_t kMaxStalls = 3;
+constexpr std::size_t kMostLacking = 16;        // workers whose lack is told
 
 }  // namespace
 
@@ -25,45 +24,64 @@ void Dispatcher::CheckLeases(std::int64_t now_us) {
       ++counters_.workers_lost;
       Release(&worker);
     }
-    if (worker.CountOccupying() == 0 || worker.silent || worker.stalled) continue;  // the dead are not stuck
+    if (worker.stalled && worker.state == worker_status_t::kIdle && now_us - worker.stalled_us > stall_us) {
+      worker.stalled = false;  // it computes nothing: it did not hear us, and may hear us again
+    }
+    if (CountOccupying(worker) == 0 || worker.silent || worker.stalled) continue;  // the dead are not stuck
     if (now_us - std::max(worker.progress_us, listening_since_us_) <= stall_us) continue;
     worker.stalled = true;
+    worker.stalled_us = now_us;
     ++counters_.workers_stalled;
-    const ContentId stuck = worker.running == ContentId{} ? worker.assigned.front() : worker.running;
-    const auto request = open_.find(stuck);
-    if (request != open_.end() && request->second.stalled_on.insert(instance).second &&
-        request->second.stalled_on.size() >= kMaxStalls) {
+    const ContentId stuck = worker.running == ContentId{} ? requests_.GetHolding(instance).ids.front() : worker.running;
+    // A request that never arrived there is not to blame.
+    const Lease* lease = requests_.FindLease(stuck, instance);
+    if (lease != nullptr && lease->arrived && requests_.ChargeStall(stuck, instance)) {
       Fail(fmt::format("request {} made no progress for {} s on {} workers", FormatHex(stuck), options_.stall_s,
-                       kMaxStalls));
+                       RequestTable::kMaxStalls));
     }
     Release(&worker);
     if (on_stalled_) on_stalled_(worker);
   }
 }
 
+bool Dispatcher::HasAbleWorker(const Request& request) const {
+  return std::any_of(roster_.workers().begin(), roster_.workers().end(), [&](const auto& entry) {
+    return IsUsable(entry.second) && request.lacking.count(entry.second.name) == 0;
+  });
+}
+
 void Dispatcher::CheckForWorkers(std::int64_t now_us) {
-  if (open_.empty() || CountUsableWorkers() > 0) {
+  std::string missing = CountUsableWorkers() > 0 ? "" : "no worker";
+  for (const ContentId& id : requests_.book().queue) {
+    const Request& request = *requests_.FindOpen(id);
+    if (!missing.empty() || request.attempts == 0) break;  // those that nobody has tried yet come last
+    if (HasAbleWorker(request)) continue;
+    missing = fmt::format("no worker that has what request {} needs", FormatHex(id));
+  }
+  if (requests_.open() == 0 || missing.empty()) {
     usable_us_ = now_us;
   } else if (now_us - std::max(usable_us_, listening_since_us_) > ToMicroseconds(options_.no_worker_s)) {
-    std::string what = fmt::format("no worker for {} s ({} requests wait)", options_.no_worker_s, open_.size());
+    std::string what = fmt::format("{} for {} s ({} requests wait)", missing, options_.no_worker_s, requests_.open());
     for (const auto& [instance, why] : refused_) what += fmt::format("; refused {}", why);
+    for (const auto& [instance, why] : lacking_) what += fmt::format("; {}", why);
     throw NoWorkers(what);
   }
+}
+
+void Dispatcher::NoteLack(const worker_status_t& status) {
+  requests_.NoteLack(status.sender, MakeId(status.running), status.name);
+  ++counters_.workers_lacking;
+  lacking_.emplace(status.sender, fmt::format("worker {} on {} left: {}", status.name, status.host, status.reason));
+  if (lacking_.size() > kMostLacking) lacking_.erase(lacking_.begin());
 }
 
 void Dispatcher::ReportDeath(const std::string& worker_name, std::int32_t pid, DeathCause cause) {
   KnownWorker* worker = roster_.FindProcess(worker_name, pid);
   if (worker == nullptr) return;
   if (cause == DeathCause::kFault) {
-    for (const ContentId& id : worker->assigned) {
-      OpenRequest& request = open_.at(id);
-      request.suspect = true;
-      // Among several the culprit is not known: from now on each of them runs alone.
-      if (worker->assigned.size() > 1 && id != worker->running) continue;
-      if (++request.fatal_attempts >= kMaxFatalAttempts) {
-        Fail(fmt::format("request {} is poison: {} workers crashed while they computed it", FormatHex(id),
-                         kMaxFatalAttempts));
-      }
+    for (const ContentId& id : requests_.ChargeDeath(worker->instance, worker->running)) {
+      Fail(fmt::format("request {} is poison: {} workers crashed while they computed it", FormatHex(id),
+                       RequestTable::kMaxFatalAttempts));
     }
   }
   if (!worker->silent) ++counters_.workers_lost;
@@ -72,34 +90,17 @@ void Dispatcher::ReportDeath(const std::string& worker_name, std::int32_t pid, D
 }
 
 void Dispatcher::Release(KnownWorker* worker) {
-  // Backwards, so that at the front of waiting_ they keep their order.
-  while (!worker->assigned.empty()) Unassign(ContentId(worker->assigned.back()), worker);
-  worker->unsent_requests.clear();
+  requests_.TakeBack(worker->instance);
   worker->unsent_acknowledgements.clear();
   worker->unsent_cancellations.clear();
 }
 
-void Dispatcher::Unassign(const ContentId& id, KnownWorker* worker) {
-  std::erase(worker->assigned, id);
-  worker->alone = worker->alone && !worker->assigned.empty();
-  OpenRequest& request = open_.at(id);
-  std::erase(request.assigned_to, worker->instance);
-  request.sent_us.erase(worker->instance);
-  if (request.assigned_to.empty() && !request.waiting) {
-    request.waiting = true;
-    waiting_.push_front(id);
-  }
-}
-
 void Dispatcher::CancelAll() {
   for (auto& [instance, worker] : roster_.workers()) {
-    for (const ContentId& id : worker.assigned) worker.unsent_cancellations.push_back(id);
-    worker.assigned.clear();
-    worker.unsent_requests.clear();
-    worker.alone = false;
+    const std::vector<ContentId>& held = requests_.GetHolding(instance).ids;
+    worker.unsent_cancellations.insert(worker.unsent_cancellations.end(), held.begin(), held.end());
   }
-  open_.clear();
-  waiting_.clear();
+  requests_.DropOpen();
   failure_.reset();
   FlushMessages();
 }

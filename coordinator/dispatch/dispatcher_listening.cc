@@ -46,6 +46,7 @@ void Dispatcher::HandleStatus(const worker_status_t& status, std::int64_t arriva
   KnownWorker* worker = roster_.Update(status, arrival_us);
   if (worker == nullptr) return;
   if (status.state == worker_status_t::kStopping) {
+    if (!status.reason.empty()) NoteLack(status);
     Release(worker);
     roster_.Remove(worker->instance);
     return;
@@ -57,15 +58,16 @@ void Dispatcher::HandleStatus(const worker_status_t& status, std::int64_t arriva
   }
   const std::vector<ContentId> queue = ParseIds(status.queue);
   for (const ContentId& id : queue) {
-    if (open_.count(id) == 0 && id != worker->running) worker->unsent_cancellations.push_back(id);
+    if (requests_.FindOpen(id) == nullptr && id != worker->running) worker->unsent_cancellations.push_back(id);
   }
-  for (const ContentId& id : std::vector<ContentId>(worker->assigned)) {
-    OpenRequest& request = open_.at(id);
-    const bool has_it = std::find(queue.begin(), queue.end(), id) != queue.end();
-    if (has_it || arrival_us - request.sent_us[worker->instance] < kLostUs) continue;
-    // Either the request was lost or its answer: a worker that has the answer repeats it.
-    ++counters_.resent;
-    Enqueue(id, &request, worker, arrival_us);
+  for (const ContentId& id : requests_.GetHolding(worker->instance).ids) {
+    if (std::find(queue.begin(), queue.end(), id) != queue.end()) {
+      requests_.NoteArrival(id, worker->instance);
+    } else if (arrival_us - requests_.FindLease(id, worker->instance)->sent_us >= kLostUs) {
+      // Either the request was lost or its answer: a worker that has the answer repeats it.
+      ++counters_.resent;
+      requests_.Resend(id, worker->instance, arrival_us);
+    }
   }
 }
 
@@ -92,15 +94,18 @@ void Dispatcher::HandleResult(const rollout_result_t& result, std::int64_t arriv
     ++counters_.other_run;
     return;
   }
+  if (!IsName(result.worker)) {
+    ++counters_.refused.malformed;
+    return;
+  }
   KnownWorker* worker = roster_.Find(result.sender);
   const ContentId id = MakeId(result.id);
   if (worker != nullptr) {
     worker->heard_us = arrival_us;
     worker->silent = false;
     worker->last_sequence = std::max(worker->last_sequence, result.sequence);  // statuses from before are outdated
-    const auto& assigned = worker->assigned;
     // A worker repeats old answers while it is stuck: only a new one is progress.
-    if (worker->running == id || std::find(assigned.begin(), assigned.end(), id) != assigned.end()) {
+    if (worker->running == id || requests_.FindLease(id, worker->instance) != nullptr) {
       worker->stalled = false;
       worker->progress_us = arrival_us;
       if (result.first_value == 0) {
@@ -110,8 +115,8 @@ void Dispatcher::HandleResult(const rollout_result_t& result, std::int64_t arriv
     }
     if (worker->running == id) worker->running = ContentId{};
   }
-  const auto open = open_.find(id);
-  if (open == open_.end()) {
+  const Request* request = requests_.FindOpen(id);
+  if (request == nullptr) {
     if (const AnswerCache::Answer* known = answers_.Find(id)) {
       CompareWithKnown(result, *known);
     } else {
@@ -120,24 +125,19 @@ void Dispatcher::HandleResult(const rollout_result_t& result, std::int64_t arriv
     Owe(id, result);
     return;
   }
-  const RolloutQuery& query = open->second.query;
+  const RolloutQuery& query = request->query;
   const bool has_gradient = query.gradient && result.status == rollout_result_t::kOk;
   if (static_cast<std::size_t>(result.gradient_size) != (has_gradient ? query.theta.size() : 0)) {
     Fail(fmt::format("worker {}: request {}: an answer with a gradient of {} values to a question about {} parameters",
                      result.worker, FormatHex(id), result.gradient_size, has_gradient ? query.theta.size() : 0));
     return;
   }
-  std::vector<PartialAnswer>& partial = open->second.partial;
-  auto part =
-      std::find_if(partial.begin(), partial.end(), [&](const PartialAnswer& p) { return p.worker == result.sender; });
-  if (part == partial.end()) {
-    partial.push_back({result.sender, ValueAssembly(result.gradient_size)});
-    part = partial.end() - 1;
-  }
-  if (!part->gradient.Add(result.gradient_size, result.first_value, result.values)) {
+  const ValueAssembly* gradient =
+      requests_.AddPart(id, result.sender, result.gradient_size, result.first_value, result.values);
+  if (gradient == nullptr) {
     ++counters_.refused.malformed;
-  } else if (part->gradient.IsComplete()) {
-    Accept(id, result, std::vector<double>(part->gradient.values()));
+  } else if (gradient->IsComplete()) {
+    Accept(id, result, std::vector<double>(gradient->values()));
   }
 }
 
@@ -151,23 +151,23 @@ void Dispatcher::CompareWithKnown(const rollout_result_t& result, const AnswerCa
                    result.worker, known.worker.empty() ? "the journal" : "worker " + known.worker, difference));
 }
 
-void Dispatcher::Accept(const ContentId& id, const rollout_result_t& result, const std::vector<double>& gradient) {
-  auto node = open_.extract(id);
-  OpenRequest& request = node.mapped();
-  for (const std::int64_t instance : request.assigned_to) {
-    KnownWorker* holder = roster_.Find(instance);
-    if (holder == nullptr) continue;
-    std::erase(holder->assigned, id);
-    holder->alone = holder->alone && !holder->assigned.empty();
-    if (instance != result.sender) holder->unsent_cancellations.push_back(id);
+void Dispatcher::CancelAtOthers(const ContentId& id, const Request& request, std::int64_t sender) {
+  for (const Lease& lease : request.leases) {
+    KnownWorker* holder = roster_.Find(lease.worker);
+    if (holder != nullptr && lease.worker != sender) holder->unsent_cancellations.push_back(id);
   }
+}
+
+void Dispatcher::Accept(const ContentId& id, const rollout_result_t& result, const std::vector<double>& gradient) {
   if (result.status != rollout_result_t::kOk) {
+    CancelAtOthers(id, requests_.Drop(id), result.sender);
     Fail(fmt::format("worker {}: {}", result.worker, result.error));
     return;
   }
   AnswerCache::Answer answer{MakeOutcome(result, gradient), result.worker};
   ++counters_.computed;
   if (on_result_) {
+    const Request& request = *requests_.FindOpen(id);
     RolloutReport report;
     report.id = id;
     report.query = &request.query;
@@ -178,9 +178,11 @@ void Dispatcher::Accept(const ContentId& id, const rollout_result_t& result, con
     report.compute_s = result.compute_s;
     on_result_(report);
   }
+  const Request request = requests_.Answer(id);
+  Owe(id, result);
+  CancelAtOthers(id, request, result.sender);
   for (RolloutOutcome* slot : request.slots) *slot = answer.outcome;
   answers_.Insert(id, std::move(answer));
-  Owe(id, result);
 }
 
 }  // namespace knap

@@ -48,11 +48,6 @@ std::vector<assignment_t> MakeAssignments(const ContentId& id, const RolloutQuer
 
 }  // namespace
 
-void Dispatcher::Enqueue(const ContentId& id, OpenRequest* request, KnownWorker* worker, std::int64_t now_us) {
-  request->sent_us[worker->instance] = now_us;
-  worker->unsent_requests.push_back(id);
-}
-
 void Dispatcher::SendRequests(KnownWorker* worker) {
   rollout_request_t message{};
   std::size_t room = 0;  // bytes left in the message; 0 when none is begun
@@ -71,10 +66,8 @@ void Dispatcher::SendRequests(KnownWorker* worker) {
     message.assignments.clear();
     room = 0;
   };
-  for (const ContentId& id : std::exchange(worker->unsent_requests, {})) {
-    const auto& assigned = worker->assigned;
-    if (std::find(assigned.begin(), assigned.end(), id) == assigned.end()) continue;  // answered or taken meanwhile
-    const OpenRequest& request = open_.at(id);
+  for (const ContentId& id : requests_.TakeUnsent(worker->instance)) {
+    const Request& request = *requests_.FindOpen(id);
     for (assignment_t& part : MakeAssignments(id, request.query, options_.control_size, request.attempts)) {
       const std::size_t size = kAssignmentSize + 8 * part.values.size();
       if (size > room || message.assignments.size() == static_cast<std::size_t>(kAssignmentsPerRequest)) {
@@ -103,7 +96,7 @@ void Dispatcher::FlushMessages() {
     while (!worker.unsent_cancellations.empty()) {
       SendControl(control_t::kCancel, worker, TakeFront(&worker.unsent_cancellations, kIdsPerControl));
     }
-    if (!worker.unsent_requests.empty()) SendRequests(&worker);
+    SendRequests(&worker);
     while (!worker.unsent_acknowledgements.empty()) {
       SendControl(control_t::kAcknowledge, worker, TakeFront(&worker.unsent_acknowledgements, kIdsPerControl));
     }
@@ -125,15 +118,15 @@ void Dispatcher::PublishRunStatus() {
   status.batch_count = progress_.batch_count;
   status.theta = progress_.theta;
   if (status.theta.size() > static_cast<std::size_t>(kValuesPerPart)) status.theta.resize(kValuesPerPart);
-  status.scenario = MakeWireText(progress_.scenario, kMaxHostLength);
-  status.method = MakeWireText(progress_.method, kMaxNameLength);
+  status.scenario = progress_.scenario;
+  status.method = progress_.method;
   status.elapsed_s = static_cast<double>(now_us - started_us_) * 1e-6;
   if (now_us > status_sent_us_) {
     const double interval_s = static_cast<double>(now_us - status_sent_us_) * 1e-6;
     status.rollouts_per_s = static_cast<double>(counters_.computed - computed_at_status_) / interval_s;
   }
   status.workers = CountUsableWorkers();
-  status.requests_open = static_cast<std::int32_t>(open_.size());
+  status.requests_open = static_cast<std::int32_t>(requests_.open());
   status.requests_done = static_cast<std::int32_t>(counters_.computed);
   status.requests_reissued = static_cast<std::int32_t>(counters_.reissued);
   status.messages_refused = static_cast<std::int32_t>(counters_.refused.total());

@@ -1,7 +1,6 @@
-// The workers a coordinator knows, each as its latest status described it, and what they were given.
+// The workers a coordinator knows, each as its latest status described it. What they hold is in request_table.h.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -26,24 +25,15 @@ struct KnownWorker {
   std::int64_t status_us = 0;      // arrival of its latest status
   bool silent = false;             // its lease has expired; a sign of life ends this
   bool stalled = false;            // alive, but its computation makes no progress; progress ends this
+  std::int64_t stalled_us = 0;     // since when
   std::int64_t progress_us = 0;    // when it last got on: steps, an answer, or new work after idleness
   std::int64_t steps_done = 0;
   std::int64_t finished = 0;
   std::int32_t state = 0;
-  ContentId running{};              // by its latest status; zeros after the answer came
-  std::vector<ContentId> assigned;  // given to it and not answered, in the order they were sent
-  bool alone = false;               // what it holds is a suspect: nothing else may be given to it
-  std::int64_t began_us = 0;        // when it began with what it computes now, as far as we can tell
-  std::vector<ContentId> unsent_requests;
+  ContentId running{};        // by its latest status; zeros after the answer came
+  std::int64_t began_us = 0;  // when it began with what it computes now, as far as we can tell
   std::vector<ContentId> unsent_acknowledgements;
   std::vector<ContentId> unsent_cancellations;
-
-  // Requests that occupy it: what it was given, and what it still computes although it was taken from it.
-  std::size_t CountOccupying() const {
-    const bool abandoned =
-        running != ContentId{} && std::find(assigned.begin(), assigned.end(), running) == assigned.end();
-    return assigned.size() + (abandoned ? 1 : 0);
-  }
 };
 
 class WorkerRoster {

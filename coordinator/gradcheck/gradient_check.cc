@@ -15,6 +15,8 @@
 namespace knap {
 namespace {
 
+constexpr std::size_t kLeastRound = 256;  // rollouts asked for in one call while there are as many
+
 bool HasNumbers(const RolloutOutcome& outcome) {
   return std::isfinite(outcome.loss) &&
          std::all_of(outcome.gradient.begin(), outcome.gradient.end(), [](double g) { return std::isfinite(g); });
@@ -33,12 +35,12 @@ struct Comparison {
 class GradientChecker {
  public:
   GradientChecker(const Problem& problem, const GradientCheckOptions& options, RolloutService& service,
-                  const std::function<void(const GradientCheckProgress&)>& progress)
+                  const GradientCheckObserver& observer)
       : parameters_(problem.parameters),
         variations_(problem.variations),
         options_(options),
         service_(service),
-        progress_(progress),
+        observer_(observer),
         drawn_within_(problem.parameters) {
     for (std::size_t i = 0; i < parameters_.names.size(); ++i) {
       range_.push_back(parameters_.upper[i] - parameters_.lower[i]);
@@ -50,7 +52,6 @@ class GradientChecker {
   GradientCheckReport Check() {
     DrawRollouts();
     Compare();
-    Conclude();
     return std::move(report_);
   }
 
@@ -102,8 +103,10 @@ class GradientChecker {
       comparison.settled.resize(range_.size(), false);
       rollout.parameters.resize(range_.size());
       open_.push_back(std::move(comparison));
+      report_.rollouts.push_back(std::move(rollout));
+    } else {
+      Judge(&report_.rollouts.emplace_back(std::move(rollout)));
     }
-    report_.rollouts.push_back(std::move(rollout));
   }
 
   // One difference quotient of one parameter: queries 2j and 2j+1 of a round.
@@ -112,12 +115,13 @@ class GradientChecker {
     int step;
   };
 
-  // Round by round the next steps of all parameters that are not settled.
+  // Round by round the next steps of all parameters that are not settled, of so many rollouts that a round keeps
+  // workers busy: what is settled can be told while the others still run.
   void Compare() {
     while (!open_.empty()) {
       std::vector<Quotient> quotients;
       std::vector<RolloutQuery> queries;
-      for (std::size_t c = 0; c < open_.size(); ++c) {
+      for (std::size_t c = 0; c < open_.size() && queries.size() < kLeastRound; ++c) {
         for (std::size_t p = 0; p < range_.size(); ++p) {
           if (open_[c].settled[p]) continue;
           for (const int step : open_[c].ladders[p].ListNextSteps()) {
@@ -169,36 +173,37 @@ class GradientChecker {
         comparison.settled[p] = window.plateau_steps > 0 || ladder.ListNextSteps().empty();
         all = all && comparison.settled[p];
       }
+      if (all) Judge(&rollout);
       return all;
     });
   }
 
-  void Conclude() {
-    for (CheckedRollout& rollout : report_.rollouts) {
-      const RolloutCertificate& certificate = rollout.outcome.certificate;
-      const bool agrees = !rollout.parameters.empty() &&
-                          std::all_of(rollout.parameters.begin(), rollout.parameters.end(),
-                                      [](const ParameterCheck& parameter) { return parameter.plateau_steps > 0; });
-      if (!IsUsable(certificate) || !certificate.gradient_reliable) {
-        rollout.verdict = GradientVerdict::kFlagged;
-        ++report_.flagged;
-        report_.nonconverged += IsUsable(certificate) ? 0 : 1;
-      } else if (agrees) {
-        rollout.verdict = GradientVerdict::kAgreed;
-        ++report_.agreed;
-        report_.max_rel_error = std::max(report_.max_rel_error, rollout.relative_error);
-      } else {
-        rollout.verdict = GradientVerdict::kDisagreed;
-        ++report_.disagreed;
-      }
+  // Of a rollout that is compared as far as it can be.
+  void Judge(CheckedRollout* rollout) {
+    const RolloutCertificate& certificate = rollout->outcome.certificate;
+    const bool agrees = !rollout->parameters.empty() &&
+                        std::all_of(rollout->parameters.begin(), rollout->parameters.end(),
+                                    [](const ParameterCheck& parameter) { return parameter.plateau_steps > 0; });
+    if (!IsUsable(certificate) || !certificate.gradient_reliable) {
+      rollout->verdict = GradientVerdict::kFlagged;
+      ++report_.flagged;
+      report_.nonconverged += IsUsable(certificate) ? 0 : 1;
+    } else if (agrees) {
+      rollout->verdict = GradientVerdict::kAgreed;
+      ++report_.agreed;
+      report_.max_rel_error = std::max(report_.max_rel_error, rollout->relative_error);
+    } else {
+      rollout->verdict = GradientVerdict::kDisagreed;
+      ++report_.disagreed;
     }
+    if (observer_.on_verdict) observer_.on_verdict(*rollout);
   }
 
-  // A round in one call: it keeps any number of workers busy.
+  // A round in one call.
   std::vector<RolloutOutcome> Ask(std::span<const RolloutQuery> queries) {
     report_.evaluated += static_cast<std::int64_t>(queries.size());
-    if (progress_) {
-      progress_({report_.checked(), report_.checked() - static_cast<int>(open_.size()), report_.evaluated});
+    if (observer_.on_round) {
+      observer_.on_round({report_.checked(), report_.checked() - static_cast<int>(open_.size()), report_.evaluated});
     }
     return EvaluateAll(service_, queries);
   }
@@ -207,7 +212,7 @@ class GradientChecker {
   const VariationSpec& variations_;
   const GradientCheckOptions& options_;
   RolloutService& service_;
-  const std::function<void(const GradientCheckProgress&)>& progress_;
+  const GradientCheckObserver& observer_;
   ParameterSpec drawn_within_;  // bounds that leave room for the largest step
   std::vector<double> range_;
   std::vector<Comparison> open_;
@@ -217,7 +222,7 @@ class GradientChecker {
 }  // namespace
 
 GradientCheckReport CheckGradients(const Problem& problem, const GradientCheckOptions& options, RolloutService& service,
-                                   const std::function<void(const GradientCheckProgress&)>& progress) {
+                                   const GradientCheckObserver& observer) {
   CheckProblem(problem);
   if (options.rollouts < 1) {
     throw std::invalid_argument(fmt::format("rollouts: {}; expected 1 or more", options.rollouts));
@@ -228,7 +233,7 @@ GradientCheckReport CheckGradients(const Problem& problem, const GradientCheckOp
   if (!(options.flagged >= 0.0 && options.flagged <= 1.0)) {
     throw std::invalid_argument(fmt::format("flagged: {}; expected a share from 0 to 1", options.flagged));
   }
-  return GradientChecker(problem, options, service, progress).Check();
+  return GradientChecker(problem, options, service, observer).Check();
 }
 
 std::int64_t CalcLeastRollouts(const Problem& problem, const GradientCheckOptions& options) {

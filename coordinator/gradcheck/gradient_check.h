@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "coordinator/gradcheck/difference_ladder.h"
 #include "coordinator/learning/problem.h"
 #include "coordinator/rollout_service.h"
 
@@ -28,6 +29,9 @@ struct GradientCheckOptions {
   double tolerance = 1e-5;  // relative to ‖g‖∞; > 0
   double flagged = 0.05;    // share of rollouts that may be flagged
 };
+
+// Rollouts that one round asks for a parameter of a rollout that is compared, at most.
+inline constexpr int kQueriesPerParameter = 2 * kWindow;
 
 // At most this many draws for each rollout to be checked.
 inline constexpr int kDrawsPerRollout = 20;
@@ -71,10 +75,16 @@ struct GradientCheckProgress {
   std::int64_t asked = 0;  // rollouts asked for, this round included
 };
 
+// Follows a check. Either may be empty.
+struct GradientCheckObserver {
+  std::function<void(const GradientCheckProgress&)> on_round;
+  std::function<void(const CheckedRollout&)> on_verdict;  // once a rollout, as soon as it is settled
+};
+
 // A pure function of its first two arguments and the service's answers. Throws what the service throws, and
 // std::invalid_argument when an option is out of range or the problem is not valid (CheckProblem).
 GradientCheckReport CheckGradients(const Problem& problem, const GradientCheckOptions& options, RolloutService& service,
-                                   const std::function<void(const GradientCheckProgress&)>& progress);
+                                   const GradientCheckObserver& observer);
 
 // Rollouts that the check asks for when no gradient is zero and the first steps of every parameter agree.
 std::int64_t CalcLeastRollouts(const Problem& problem, const GradientCheckOptions& options);

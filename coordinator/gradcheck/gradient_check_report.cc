@@ -70,14 +70,20 @@ std::vector<const CheckedRollout*> SelectWorst(const GradientCheckReport& report
   return worst;
 }
 
+// The draw, its verdict and what its certificate warns of.
+std::string FormatWarnings(const CheckedRollout& rollout) {
+  const RolloutCertificate& certificate = rollout.outcome.certificate;
+  std::string text = fmt::format("draw {}: {}", rollout.draw, GetName(rollout.verdict));
+  if (!certificate.finite) text += ", not finite";
+  if (!certificate.converged) text += ", not converged";
+  if (!certificate.gradient_reliable) text += ", gradient not reliable";
+  return text;
+}
+
 void AppendRollout(const CheckedRollout& rollout, const Problem& problem, const std::string& rollout_command,
                    std::string* text) {
   const auto out = std::back_inserter(*text);
-  const RolloutCertificate& certificate = rollout.outcome.certificate;
-  fmt::format_to(out, "\ndraw {}: {}", rollout.draw, GetName(rollout.verdict));
-  if (!certificate.finite) fmt::format_to(out, ", not finite");
-  if (!certificate.converged) fmt::format_to(out, ", not converged");
-  if (!certificate.gradient_reliable) fmt::format_to(out, ", gradient not reliable");
+  fmt::format_to(out, "\n{}", FormatWarnings(rollout));
   const auto worst = std::max_element(
       rollout.parameters.begin(), rollout.parameters.end(),
       [](const ParameterCheck& a, const ParameterCheck& b) { return a.relative_error < b.relative_error; });
@@ -114,6 +120,11 @@ nlohmann::ordered_json MakeGradientCheckJson(const GradientCheckReport& report, 
           {"tolerance", options.tolerance},
           {"seed", options.seed},
           {"rollouts", std::move(rollouts)}};
+}
+
+std::string FormatVerdict(const CheckedRollout& rollout) {
+  const std::string text = FormatWarnings(rollout);
+  return rollout.parameters.empty() ? text : text + fmt::format(", relative error {:.1e}", rollout.relative_error);
 }
 
 std::string FormatGradientCheck(const GradientCheckReport& report, const Problem& problem,

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <span>
 #include <stdexcept>
 #include <utility>
 
 #include "coordinator/learning/batch_objective.h"
+#include "coordinator/learning/failed_rollouts.h"
 
 namespace knap {
 namespace {
@@ -28,21 +28,20 @@ void CheckPlan(const LandscapePlan& plan) {
 
 LandscapeCell MakeCell(std::span<const RolloutOutcome> outcomes) {
   LandscapeCell cell;
-  double sum = 0.0;
-  int finite = 0, successes = 0;
+  int successes = 0;
   for (const RolloutOutcome& outcome : outcomes) {
     cell.subdivided_steps += outcome.certificate.subdivided_steps;
     if (!std::isfinite(outcome.loss) || !outcome.certificate.finite) {
       ++cell.not_finite;
       continue;
     }
-    sum += outcome.loss;
-    ++finite;
     cell.worst_residual = std::max(cell.worst_residual, outcome.certificate.worst_residual);
     cell.not_converged += outcome.certificate.converged ? 0 : 1;
     successes += outcome.certificate.converged && outcome.success ? 1 : 0;
   }
-  cell.loss = finite > 0 ? sum / finite : std::numeric_limits<double>::quiet_NaN();
+  double sum = 0.0;
+  for (const double loss : CountLosses(outcomes)) sum += loss;
+  cell.loss = sum / static_cast<double>(outcomes.size());
   cell.success_rate = static_cast<double>(successes) / static_cast<double>(outcomes.size());
   return cell;
 }

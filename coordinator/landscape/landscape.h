@@ -2,7 +2,8 @@
 //
 //   f(x_j, y_i) = 1/n sum_k loss(theta with theta_a = x_j, theta_b = y_i; T_k),   k = 0 … n-1
 //
-// Sums run in index order, so the figures do not depend on who answered first.
+// Sums run in index order, so the figures do not depend on who answered first. Failed rollouts count as
+// everywhere (failed_rollouts.h): a cell's figures are those that `knap evaluate` gives for its design.
 #pragma once
 
 #include <cstddef>
@@ -30,7 +31,7 @@ struct LandscapePlan {
 };
 
 struct LandscapeCell {
-  double loss = 0.0;          // mean over the rollouts with a finite loss; NaN when there is none
+  double loss = 0.0;          // mean; infinite when no rollout of the cell has a finite loss
   double success_rate = 0.0;  // of all n; a rollout that is not converged or not finite never counts as a success
   int not_finite = 0;         // rollouts without a finite loss
   int not_converged = 0;      // rollouts with a finite loss whose certificate says not converged

@@ -81,10 +81,12 @@ BatchEvaluation BatchObjective::EvaluateStart() {
   BatchEvaluation evaluation{.theta = theta_reference_, .rollouts = static_cast<int>(queries.size())};
   std::vector<std::vector<double>> trusted_task, trusted_distillation;
   Sum task;
+  double worst = -kInfinity;
   for (std::size_t i = 0; i < task_.size(); ++i) {
     if (!IsTrusted(outcomes[i], d)) continue;
     trusted_task.push_back(task_[i]);
     task.Add(outcomes[i]);
+    worst = std::max(worst, outcomes[i].loss);
     evaluation.successes += outcomes[i].success ? 1 : 0;
     evaluation.doubtful_gradients += outcomes[i].certificate.gradient_reliable ? 0 : 1;
   }
@@ -100,9 +102,9 @@ BatchEvaluation BatchObjective::EvaluateStart() {
     Reject(evaluation);
     return evaluation;
   }
-  const auto count = static_cast<double>(task_.size());
-  evaluation.loss = evaluation.task_loss = task.loss / count;
-  for (double& value : task.gradient) value /= count;
+  if (excluded_task_ > 0) excluded_loss_ = excluded_task_ * worst;
+  evaluation.loss = evaluation.task_loss = (task.loss + excluded_loss_) / count_task();
+  for (double& value : task.gradient) value /= count_task();
   evaluation.gradient = std::move(task.gradient);
   Finish(evaluation);
   return evaluation;
@@ -130,7 +132,7 @@ BatchEvaluation BatchObjective::Evaluate(const std::vector<double>& theta, bool 
     Reject(evaluation);
     return evaluation;
   }
-  evaluation.task_loss = task.loss / static_cast<double>(task_.size());
+  evaluation.task_loss = (task.loss + excluded_loss_) / count_task();
   if (!distillation_.empty()) {
     evaluation.distillation_loss = distillation.loss / static_cast<double>(distillation_.size());
   }
@@ -138,7 +140,7 @@ BatchEvaluation BatchObjective::Evaluate(const std::vector<double>& theta, bool 
   if (with_gradient) {
     evaluation.gradient.resize(theta.size());
     for (std::size_t i = 0; i < theta.size(); ++i) {
-      evaluation.gradient[i] = task.gradient[i] / static_cast<double>(task_.size());
+      evaluation.gradient[i] = task.gradient[i] / count_task();
       if (!distillation_.empty()) {
         evaluation.gradient[i] += alpha_ * (distillation.gradient[i] / static_cast<double>(distillation_.size()));
       }

@@ -6,9 +6,10 @@
 // in index order, so the bits do not depend on which worker answered first.
 //
 // Trust. A rollout is trusted when its certificate says finite and converged. What an untrusted one says is never used:
-//  - At the start, theta_ref, a variation whose rollout is not trusted leaves the batch (or D) until the batch ends, so
-//    that one hopeless variation does not stop the learning and L stays one fixed function. Its mean runs over the
-//    rest.
+//  - At the start, theta_ref, a variation whose rollout is not trusted is not asked again until the batch ends, so that
+//    one hopeless variation does not stop the learning and L stays one fixed function. In the task term it counts all
+//    the same, with the constant that is the worst trusted loss at theta_ref, so that the loss of a batch with failures
+//    is no better than that of its worst rollout. The distillation term is the mean over the rest of D.
 //  - Later, one untrusted rollout rejects the whole evaluation: the optimizer retreats (see bounded_minimizer.h) and
 //    keeps the best trusted point. Dropping the rollout instead would change L between points and reward designs that
 //    break the simulator.
@@ -61,6 +62,7 @@ class BatchObjective {
 
  private:
   void Finish(BatchEvaluation& evaluation) const;  // gradient_norm and accepted
+  double count_task() const { return static_cast<double>(task_.size()) + excluded_task_; }  // |B|
 
   std::vector<std::vector<double>> task_;
   std::vector<std::vector<double>> distillation_;
@@ -70,6 +72,7 @@ class BatchObjective {
   RolloutService& service_;
   int excluded_task_ = 0;
   int excluded_distillation_ = 0;
+  double excluded_loss_ = 0.0;  // with which the excluded variations count together, whatever theta
 };
 
 // True when the outcome may be used: finite and converged, by its certificate and by its own numbers. Throws

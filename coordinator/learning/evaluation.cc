@@ -8,6 +8,7 @@
 #include <string>
 
 #include "coordinator/learning/batch_objective.h"
+#include "coordinator/learning/failed_rollouts.h"
 
 namespace knap {
 namespace {
@@ -38,6 +39,7 @@ Interval CalcWilsonInterval(std::int64_t successes, std::int64_t trials) {
 Spread CalcSpread(std::span<const double> values) {
   if (values.empty()) throw std::invalid_argument("CalcSpread: no values");
   Spread spread{.mean = CalcMean(values)};
+  if (!std::isfinite(spread.mean)) return {spread.mean, std::abs(spread.mean)};
   if (values.size() == 1) return spread;
   double sum = 0.0;
   for (const double value : values) sum += (value - spread.mean) * (value - spread.mean);
@@ -47,28 +49,22 @@ Spread CalcSpread(std::span<const double> values) {
 
 TestSummary SummarizeTest(std::span<const RolloutOutcome> outcomes, std::uint64_t seed) {
   TestSummary summary{.variations = static_cast<int>(outcomes.size()), .seed = seed};
-  std::vector<double> losses;
   int successes = 0;
   for (const RolloutOutcome& outcome : outcomes) {
-    if (!std::isfinite(outcome.loss) || !outcome.certificate.finite) {
-      ++summary.not_finite;
-      continue;
-    }
-    losses.push_back(outcome.loss);
-    if (outcome.certificate.converged) {
+    if (!HasFailed(outcome)) {
       successes += outcome.success ? 1 : 0;
-    } else {
+    } else if (outcome.certificate.finite && std::isfinite(outcome.loss)) {
       ++summary.not_converged;
+    } else {
+      ++summary.not_finite;
     }
   }
-  if (losses.empty()) {
-    throw std::runtime_error("none of " + std::to_string(outcomes.size()) + " test rollouts has a finite loss");
-  }
+  std::vector<double> losses = CountLosses(outcomes);
   const Spread spread = CalcSpread(losses);
   summary.loss_mean = spread.mean;
   summary.loss_std = spread.standard_deviation;
   const double half = kNormal975 * spread.standard_deviation / std::sqrt(static_cast<double>(losses.size()));
-  summary.loss_interval = {spread.mean - half, spread.mean + half};
+  summary.loss_interval = {std::isfinite(half) ? spread.mean - half : spread.mean, spread.mean + half};
   summary.success_rate = static_cast<double>(successes) / static_cast<double>(outcomes.size());
   summary.success_interval = CalcWilsonInterval(successes, summary.variations);
   std::sort(losses.begin(), losses.end(), std::greater<>());

@@ -18,21 +18,21 @@ struct Interval {
 // trials: (p + z²/2n ± z sqrt(p(1-p)/n + z²/4n²)) / (1 + z²/n). It stays within [0, 1] and is honest at 0 and n.
 Interval CalcWilsonInterval(std::int64_t successes, std::int64_t trials);
 
-// Mean and sample standard deviation (n - 1; 0 for one value) of finite values; at least one. Summed in order.
+// Mean and sample standard deviation (n - 1; 0 for one value) of the values; at least one. Summed in order. Where one
+// is infinite, both are.
 struct Spread {
   double mean = 0.0;
   double standard_deviation = 0.0;
 };
 Spread CalcSpread(std::span<const double> values);
 
-// Losses are over the rollouts with a finite loss; a rollout that is not converged keeps its loss but never counts as a
-// success, and one without a finite loss counts as a failure: distrust never makes a design look better.
+// Losses are over all n, a failed rollout's as failed_rollouts.h says; it never counts as a success.
 struct TestSummary {
   int variations = 0;  // n
   std::uint64_t seed = 0;
   double loss_mean = 0.0;
   double loss_std = 0.0;
-  Interval loss_interval{};        // 95%, of the mean: mean ± 1.959964 std / sqrt(number of finite losses)
+  Interval loss_interval{};        // 95%, of the mean: mean ± 1.959964 std / sqrt(n)
   double worst_decile_loss = 0.0;  // mean of the ceil(n/10) largest losses
   double success_rate = 0.0;       // of all n
   Interval success_interval{};     // 95%, Wilson
@@ -40,7 +40,7 @@ struct TestSummary {
   int not_finite = 0;              // rollouts without a finite loss
 };
 
-// One outcome a variation, in index order; at least one. Throws std::runtime_error when no loss is finite.
+// One outcome a variation, in index order; at least one. Where no loss is finite, all figures of the loss are infinite.
 TestSummary SummarizeTest(std::span<const RolloutOutcome> outcomes, std::uint64_t seed);
 
 // Runs theta on variations 0 … n-1 of the stream kTestVariations of `seed`, in one call of the service, without

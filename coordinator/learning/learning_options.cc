@@ -1,6 +1,7 @@
 #include "coordinator/learning/learning_options.h"
 
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <stdexcept>
 
@@ -59,6 +60,9 @@ void CheckLearningOptions(const LearningOptions& options, std::size_t dimensions
           options.learning_rate_decay, "a value in (0, 1]");
   CheckMinimizerAlgorithm(options.optimizer);
   Require(options.max_evaluations >= 2, "max_evaluations", options.max_evaluations, "2 or more");
+  const std::int64_t batches = (options.variations - 1) / options.batch + 1;
+  Require(options.max_evaluations * batches <= std::numeric_limits<int>::max(), "max_evaluations",
+          options.max_evaluations, "fewer: over " + std::to_string(batches) + " batches they are too many to count");
   Require(std::isfinite(options.loss_tolerance) && options.loss_tolerance >= 0.0, "loss_tolerance",
           options.loss_tolerance, "a finite value >= 0");
   Require(std::isfinite(options.parameter_tolerance) && options.parameter_tolerance >= 0.0, "parameter_tolerance",

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <utility>
 #include <vector>
 
 namespace knap {
@@ -35,8 +36,8 @@ std::vector<Figure> MakeFigures(const ProgressState& state) {
   if (state.phase == ProgressPhase::kLearning) {
     figures.push_back({fmt::format("batch {}/{}", state.batch, state.batches)});
     figures.push_back({fmt::format("evaluation {}", state.evaluation)});
-    figures.push_back({state.loss ? fmt::format("loss {:.4g}", *state.loss) : "loss -"});
-    figures.push_back({state.best_loss ? fmt::format("best {:.4g}", *state.best_loss) : "best -"});
+    figures.push_back({state.loss ? fmt::format("loss {:.4g}{}", *state.loss, state.loss_unit) : "loss -"});
+    figures.push_back({state.best_loss ? fmt::format("best {:.4g}{}", *state.best_loss, state.loss_unit) : "best -"});
   } else if (state.phase == ProgressPhase::kTesting) {
     figures.push_back({fmt::format("tested {}/{}", state.tested, state.tests)});
   } else {
@@ -60,7 +61,7 @@ std::string MakePaint(const std::string& text, const char* colour, bool enabled)
 double CalcDonePart(const ProgressState& state) {
   double done = 0.0;
   if (state.phase == ProgressPhase::kTesting) {
-    if (state.tests > 0) done = static_cast<double>(state.tested) / state.tests;
+    if (state.tests > 0) done = static_cast<double>(state.tested) / static_cast<double>(state.tests);
   } else if (state.phase == ProgressPhase::kStudying) {
     done = state.study_part;
   } else if (state.batches > 0 && state.batch > 0) {
@@ -76,7 +77,7 @@ std::optional<double> CalcTimeLeft(const ProgressState& state) {
   if (state.elapsed_s < 2.0 || done < 0.01) return std::nullopt;
   const double phase_left = state.elapsed_s * (1.0 - done) / done;
   if (state.phase == ProgressPhase::kTesting || state.rollouts == 0) return phase_left;
-  return phase_left + state.elapsed_s / static_cast<double>(state.rollouts) * state.tests;
+  return phase_left + state.elapsed_s / static_cast<double>(state.rollouts) * static_cast<double>(state.tests);
 }
 
 std::string FormatDuration(double seconds) {
@@ -130,7 +131,8 @@ TerminalTraits DetectTerminal(int file_descriptor) {
   return traits;
 }
 
-ProgressReporter::ProgressReporter(std::ostream& out, const TerminalTraits& traits) : out_(out), traits_(traits) {}
+ProgressReporter::ProgressReporter(std::function<void(std::string_view)> write, const TerminalTraits& traits)
+    : write_(std::move(write)), traits_(traits) {}
 
 void ProgressReporter::Update(const ProgressState& state) {
   bool due = true;
@@ -140,28 +142,28 @@ void ProgressReporter::Update(const ProgressState& state) {
     due = traits_.is_terminal ? since >= kBarInterval_s
                               : since >= kLineInterval_s || (new_batch && since >= kLeastLineInterval_s);
   }
-  if (due) Write(state);
+  if (due) Show(state);
 }
 
 void ProgressReporter::Clear() {
   if (!bar_drawn_) return;
-  out_ << kEraseLine << std::flush;
+  write_(kEraseLine);
   bar_drawn_ = false;
 }
 
 void ProgressReporter::Finish(const ProgressState& state) {
-  Write(state);
-  if (bar_drawn_) out_ << "\n" << std::flush;
+  Show(state);
+  if (bar_drawn_) write_("\n");
   bar_drawn_ = false;
 }
 
-void ProgressReporter::Write(const ProgressState& state) {
+void ProgressReporter::Show(const ProgressState& state) {
   if (traits_.is_terminal) {
     // The last column stays free: writing into it makes some terminals wrap.
-    out_ << kEraseLine << FormatProgressBar(state, traits_.width - 1, traits_.colour) << std::flush;
+    write_(kEraseLine + FormatProgressBar(state, traits_.width - 1, traits_.colour));
     bar_drawn_ = true;
   } else {
-    out_ << FormatProgressLine(state) << "\n" << std::flush;
+    write_(FormatProgressLine(state) + "\n");
   }
   last_ = state;
 }

@@ -5,9 +5,10 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
-#include <ostream>
 #include <string>
+#include <string_view>
 
 namespace knap {
 
@@ -20,7 +21,8 @@ struct ProgressState {
   int batch = 0, batches = 0;                 // t of T; 0 before the first
   int evaluation = 0, max_evaluations = 0;    // of this batch
   std::optional<double> loss, best_loss;      // of this batch; unset: none yet, or rejected
-  int tested = 0, tests = 0;                  // rollouts of the test, in phase kTesting
+  std::string loss_unit;                      // what follows a loss, such as " mm²"
+  std::int64_t tested = 0, tests = 0;         // rollouts of the test, in phase kTesting
   int runs_done = 0, runs = 0;                // of a study, in phase kStudying
   double study_part = 0.0;                    // done of all its runs' learning, in [0, 1]
   std::int64_t rollouts = 0;                  // answered so far
@@ -59,16 +61,17 @@ TerminalTraits DetectTerminal(int file_descriptor);
 // one at least every five seconds (of Update calls: it has no timer).
 class ProgressReporter {
  public:
-  ProgressReporter(std::ostream& out, const TerminalTraits& traits);
+  // `write` gets each text as it is to appear, and decides what becomes of one that cannot be written.
+  ProgressReporter(std::function<void(std::string_view)> write, const TerminalTraits& traits);
 
   void Update(const ProgressState& state);
   void Clear();                             // wipes the bar, so that another line can be written; no effect elsewhere
   void Finish(const ProgressState& state);  // writes the last state whatever the rate, and ends the line
 
  private:
-  void Write(const ProgressState& state);
+  void Show(const ProgressState& state);
 
-  std::ostream& out_;
+  const std::function<void(std::string_view)> write_;
   TerminalTraits traits_;
   bool bar_drawn_ = false;
   std::optional<ProgressState> last_;  // as written

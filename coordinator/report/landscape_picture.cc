@@ -186,9 +186,7 @@ class Panel {
 
   std::string DrawMarks() const {
     const auto least = std::min_element(landscape_.cells.begin(), landscape_.cells.end(),
-                                        [](const LandscapeCell& a, const LandscapeCell& b) {
-                                          return !std::isnan(a.loss) && (std::isnan(b.loss) || a.loss < b.loss);
-                                        });
+                                        [](const LandscapeCell& a, const LandscapeCell& b) { return a.loss < b.loss; });
     const auto k = static_cast<std::size_t>(least - landscape_.cells.begin());
     std::string ink = DrawRing(Map(x_.values[k % x_.values.size()], y_.values[k / x_.values.size()]));
     const LandscapePlan& plan = landscape_.plan;

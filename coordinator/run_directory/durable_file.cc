@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
@@ -75,13 +76,25 @@ bool DurableFile::TryLock() {
   Fail("cannot lock", path_);
 }
 
+bool DurableFile::IsAtItsPath() const {
+  struct stat opened {
+  }, named{};
+  if (fstat(descriptor_, &opened) != 0) Fail("cannot stat", path_);
+  return stat(path_.c_str(), &named) == 0 && opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
+}
+
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view text) {
   std::filesystem::path temporary = path;
   temporary += ".tmp";
-  DurableFile file(temporary, O_WRONLY | O_CREAT | O_TRUNC);
-  file.Write(text);
-  file.Sync();
-  if (rename(temporary.c_str(), path.c_str()) != 0) Fail("cannot rename to", path);
+  try {
+    DurableFile file(temporary, O_WRONLY | O_CREAT | O_TRUNC);
+    file.Write(text);
+    file.Sync();
+    if (rename(temporary.c_str(), path.c_str()) != 0) Fail("cannot rename to", path);
+  } catch (...) {
+    unlink(temporary.c_str());
+    throw;
+  }
   const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
   DurableFile(folder, O_RDONLY | O_DIRECTORY).Sync();
 }

@@ -24,7 +24,8 @@ class DurableFile final : public AppendFile {
   void Write(std::string_view bytes) override;  // the kernel has them when it returns
   void Sync() override;                         // fdatasync: the disk has them
   void Truncate(std::uint64_t size) override;
-  bool TryLock();  // flock, exclusive; false when another process holds it
+  bool TryLock();            // flock, exclusive; false when another process holds it
+  bool IsAtItsPath() const;  // no other file has taken its place since it was opened
 
  private:
   std::filesystem::path path_;
@@ -32,7 +33,7 @@ class DurableFile final : public AppendFile {
 };
 
 // Replaces `path` by a file with this text: a temporary file in the same folder, fsync, rename, fsync of the folder. A
-// reader, or a run after a crash, sees the old file or the new one, never a part.
+// reader, or a run after a crash, sees the old file or the new one, never a part. A failure leaves no temporary file.
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view text);
 
 // The text of a file; throws std::system_error naming the path.

@@ -9,7 +9,8 @@
 //
 // After a crash the file may end in a part of the record being written. Opening cuts such a torn tail off: it was never
 // acted upon, since Append returns after fdatasync. A damaged record with a valid one anywhere behind it is not a torn
-// tail but corruption, and an error. So is a damaged header: a file is created whole, by renaming.
+// tail but corruption, and an error. So is a damaged header: a file is created whole, by renaming. journal_repair.h
+// goes on from there.
 //
 // One Append is one record is one fdatasync: collect what arrived together into one payload.
 #pragma once

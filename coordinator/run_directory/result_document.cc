@@ -16,8 +16,15 @@ void CheckFinite(const Json& json, const std::string& path) {
   for (const auto& [key, value] : json.items()) CheckFinite(value, path + "/" + key);
 }
 
-Json MakeFigures(const TestSummary& test) {
-  return {{"loss_mean", test.loss_mean}, {"loss_std", test.loss_std}, {"success_rate", test.success_rate}};
+// The figures of the loss are null together where no rollout had a finite one.
+Json MakeLossFigure(const TestSummary& test, const Json& figure) {
+  return std::isinf(test.loss_mean) ? Json() : figure;
+}
+
+Json MakeFigures(const TestSummary& test, bool has_success) {
+  return {{"loss_mean", MakeLossFigure(test, test.loss_mean)},
+          {"loss_std", MakeLossFigure(test, test.loss_std)},
+          {"success_rate", has_success ? Json(test.success_rate) : Json()}};
 }
 
 }  // namespace
@@ -45,8 +52,8 @@ Json MakeResultJson(const ResultDocument& document) {
           {"test",
            {{"variations", document.test_learned.variations},
             {"seed", document.test_learned.seed},
-            {"initial", MakeFigures(document.test_initial)},
-            {"learned", MakeFigures(document.test_learned)}}},
+            {"initial", MakeFigures(document.test_initial, document.has_success)},
+            {"learned", MakeFigures(document.test_learned, document.has_success)}}},
           {"rollouts",
            {{"total", document.rollouts_total},
             {"distinct", document.rollouts_distinct},
@@ -54,16 +61,18 @@ Json MakeResultJson(const ResultDocument& document) {
           {"wall_s", document.wall_s}};
 }
 
-Json MakeEvaluationJson(const TestSummary& summary) {
+Json MakeEvaluationJson(const TestSummary& summary, bool has_success) {
   Json json = {{"variations", summary.variations}, {"seed", summary.seed}};
-  json.update(MakeFigures(summary));
-  json["loss_mean_95"] = {summary.loss_interval.lower, summary.loss_interval.upper};
-  json["success_rate_95"] = {summary.success_interval.lower, summary.success_interval.upper};
-  json["worst_decile_loss"] = summary.worst_decile_loss;
+  json.update(MakeFigures(summary, has_success));
+  json["loss_mean_95"] = MakeLossFigure(summary, {summary.loss_interval.lower, summary.loss_interval.upper});
+  json["success_rate_95"] = has_success ? Json{summary.success_interval.lower, summary.success_interval.upper} : Json();
+  json["worst_decile_loss"] = MakeLossFigure(summary, summary.worst_decile_loss);
   json["not_converged"] = summary.not_converged;
   json["not_finite"] = summary.not_finite;
   return json;
 }
+
+Json MakeJsonNumber(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
 std::string MakeJsonText(const Json& json, int indent) {
   CheckFinite(json, "");

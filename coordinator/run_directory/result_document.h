@@ -17,6 +17,7 @@ struct ResultDocument {
   std::uint64_t seed = 0;
   ParameterSpec parameters;
   std::vector<double> learned;             // theta, d values
+  bool has_success = true;                 // the scenario has a success test
   TestSummary test_initial, test_learned;  // on the same variations: equal `variations` and `seed`
   std::int64_t rollouts_total = 0;         // asked for
   std::int64_t rollouts_distinct = 0;      // different request ids among them
@@ -29,7 +30,11 @@ struct ResultDocument {
 nlohmann::ordered_json MakeResultJson(const ResultDocument& document);
 
 // One TestSummary in full: the schema's three figures, worst decile, 95% intervals, counts of untrusted rollouts.
-nlohmann::ordered_json MakeEvaluationJson(const TestSummary& summary);
+// Without a success test its rate and interval are null, and without a finite loss all figures of the loss.
+nlohmann::ordered_json MakeEvaluationJson(const TestSummary& summary, bool has_success);
+
+// Null where `value` is not finite: JSON has no infinity.
+nlohmann::ordered_json MakeJsonNumber(double value);
 
 // The text of `json`, with an indent of so many spaces or in one line (-1). Doubles read back to the same bits. JSON
 // has no NaN or infinity and the library would write null: throws std::runtime_error with the path of such a number.

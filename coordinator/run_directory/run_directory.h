@@ -7,8 +7,10 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
+#include "coordinator/run_directory/journal.h"
 #include "coordinator/run_directory/result_document.h"
 
 namespace knap {
@@ -21,6 +23,7 @@ struct RunInfo {
   std::string host;
   std::string config_hash;  // hexadecimal
   std::chrono::system_clock::time_point started;
+  RunIdentity identity;  // as in the journal's header, which can be written again from it
 };
 
 // "pushing-20250131T235959Z".
@@ -29,12 +32,20 @@ std::string MakeRunName(const std::string& scenario, std::chrono::system_clock::
 // All members throw std::system_error or std::filesystem::filesystem_error with the path when the disk refuses.
 class RunDirectory {
  public:
-  // `path` must not exist, or be an empty folder; std::runtime_error otherwise. Parents are made.
+  // `path` must not exist, or be an empty folder or one that a crash left before it was a run (run.json, but not yet
+  // config.yaml); std::runtime_error otherwise. Parents are made.
   static RunDirectory Create(const std::filesystem::path& path);
 
-  // runs/<MakeRunName>, with -2, -3, … behind it when taken, and the link runs/latest to it.
+  // runs/<MakeRunName>, with -2, -3, … behind it when taken.
   static RunDirectory CreateNamed(const std::filesystem::path& runs, const std::string& scenario,
                                   std::chrono::system_clock::time_point started);
+
+  // Removes the folder and all in it, as far as the disk allows: a run that could not be begun leaves nothing.
+  void Remove() const noexcept;
+
+  // Lets the link `latest` beside the folder lead to it. A convenience that not every disk offers: returns what was in
+  // the way, in one line, and then has changed nothing.
+  std::optional<std::string> LinkLatest() const;
 
   // An existing run, for resuming or reading; std::runtime_error when the folder holds no config.yaml.
   static RunDirectory Open(const std::filesystem::path& path);
@@ -54,6 +65,8 @@ class RunDirectory {
   // Each replaces its file in one step (durable_file.h).
   void WriteConfig(const std::string& yaml) const;
   void WriteRunInfo(const RunInfo& info) const;
+  // From run.json: RunInfo::identity. std::runtime_error with one line when the file does not hold it.
+  RunIdentity ReadIdentity() const;
   // result.json, after evaluation.json with the two tests in full.
   void WriteResult(const ResultDocument& document) const;
 

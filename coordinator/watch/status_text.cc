@@ -31,10 +31,8 @@ double CalcAge(std::int64_t heard_us, std::int64_t now_us) {
   return static_cast<double>(std::max<std::int64_t>(0, now_us - heard_us)) * 1e-6;
 }
 
-std::string Cut(std::string text, int width) {
-  if (text.size() > static_cast<std::size_t>(width)) text.resize(static_cast<std::size_t>(width));
-  return text;
-}
+// So many characters of it: fmt counts them, never bytes.
+std::string Cut(const std::string& text, int width) { return fmt::format("{:.{}}", text, width); }
 
 std::string FormatRunLines(const WatchedRun& run, std::int64_t now_us, int width) {
   const run_status_t& s = run.status;

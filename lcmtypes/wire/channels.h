@@ -8,7 +8,7 @@
 
 namespace knap {
 
-inline constexpr std::int32_t kProtocolVersion = 2;
+inline constexpr std::int32_t kProtocolVersion = 3;
 
 // A message's encoded bytes; with LCM's, UDP's and IP's headers it fits one Ethernet frame.
 inline constexpr std::size_t kMaxMessageSize = 1300;
@@ -24,6 +24,7 @@ inline constexpr std::int32_t kMaxBundleSize = 64 << 20;  // [byte]
 inline constexpr std::size_t kMaxNameLength = 40;
 inline constexpr std::size_t kMaxBuildLength = 64;
 inline constexpr std::size_t kMaxHostLength = 64;
+inline constexpr std::size_t kMaxReasonLength = 200;
 inline constexpr std::size_t kMaxErrorLength = 600;
 
 inline constexpr std::string_view kResultChannel = "KNAP_RESULT";

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <stdexcept>
-#include <utility>
 
 namespace knap {
 
@@ -24,14 +23,6 @@ void RefusalCounters::Count(Refusal refusal) {
       ++malformed;
       return;
   }
-}
-
-std::string MakeWireText(std::string text, std::size_t max_length) {
-  if (text.size() > max_length) text.resize(max_length);
-  for (char& c : text) {
-    if (static_cast<unsigned char>(c) < 0x20) c = ' ';
-  }
-  return text;
 }
 
 namespace internal {

@@ -2,6 +2,7 @@
 //
 // Open checks in this order: size <= kMaxMessageSize, LCM fingerprint of the type, digest over all bytes, lengths
 // (message_layouts.h), the generated decoder, decode() == size. Whatever passes is what a holder of the run key sent.
+// Both ways every string is made valid UTF-8 without control characters, and cut to its limit (text.h).
 #pragma once
 
 #include <cstddef>
@@ -31,19 +32,17 @@ struct RefusalCounters {
   std::int64_t total() const { return too_large + foreign + corrupt + malformed; }
 };
 
-// Cuts a text to max_length bytes and replaces control characters by spaces: what a string field may hold.
-std::string MakeWireText(std::string text, std::size_t max_length);
-
 namespace internal {
 // Throws std::logic_error: our own message breaks the limits, a defect of the caller.
 [[noreturn]] void ThrowUnsendable(const char* type, int size);
 Refusal CheckEnvelope(const std::uint8_t* bytes, std::size_t size, std::int64_t fingerprint, const RunKey& key);
 }  // namespace internal
 
-// Encodes the message; its counts and digest are set here.
+// Encodes the message; its counts, texts and digest are set here.
 template <typename T>
 std::vector<std::uint8_t> Seal(T message, const RunKey& key) {
   SetCounts(&message);
+  CleanTexts(&message);
   std::memset(message.digest, 0, sizeof(message.digest));
   const int size = message.getEncodedSize();
   if (size < 0 || static_cast<std::size_t>(size) > kMaxMessageSize) internal::ThrowUnsendable(T::getTypeName(), size);
@@ -66,6 +65,8 @@ std::optional<T> Open(const std::uint8_t* bytes, std::size_t size, const RunKey&
     if (!scanner.IsComplete() || message->decode(bytes, 0, static_cast<int>(size)) != static_cast<int>(size)) {
       verdict = Refusal::kMalformed;
       message.reset();
+    } else {
+      CleanTexts(&*message);
     }
   }
   if (refusal != nullptr) *refusal = verdict;

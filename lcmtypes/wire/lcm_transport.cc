@@ -13,6 +13,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <new>
 #include <stdexcept>
 #include <string_view>
 
@@ -112,7 +113,12 @@ void LcmTransport::DrainIntoQueue() {
   while (!stopping_) {
     std::array<pollfd, 2> waiting{pollfd{receive_fd_, POLLIN, 0}, pollfd{stop_fd_, POLLIN, 0}};
     if (poll(waiting.data(), waiting.size(), -1) < 0 && errno != EINTR) return;
-    if (waiting[0].revents != 0) TakeDatagrams();
+    if (waiting[0].revents == 0) continue;
+    try {
+      TakeDatagrams();
+    } catch (const std::bad_alloc&) {
+      queue_.CountNoMemory();  // lost, like any other: this thread must not end the process
+    }
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include "lcmtypes/wire/channels.h"
 #include "lcmtypes/wire/run_key.h"
+#include "lcmtypes/wire/text.h"
 
 namespace knap {
 namespace {
@@ -15,6 +16,8 @@ std::int32_t Count(const Vector& v) {
   return static_cast<std::int32_t>(v.size());
 }
 
+void Clean(std::string* text, std::size_t max_length) { *text = CleanText(*text, max_length); }
+
 }  // namespace
 
 void SetCounts(rollout_request_t* message) {
@@ -22,6 +25,8 @@ void SetCounts(rollout_request_t* message) {
   for (assignment_t& assignment : message->assignments) assignment.value_count = Count(assignment.values);
   message->acknowledged_size = Count(message->acknowledged);
 }
+
+void CleanTexts(rollout_request_t*) {}
 
 void Scan(const rollout_request_t*, WireScanner* scanner) {
   scanner->Skip(5 * kScalar64);
@@ -39,6 +44,11 @@ void Scan(const rollout_request_t*, WireScanner* scanner) {
 
 void SetCounts(rollout_result_t* message) { message->value_count = Count(message->values); }
 
+void CleanTexts(rollout_result_t* message) {
+  Clean(&message->worker, kMaxNameLength);
+  Clean(&message->error, kMaxErrorLength);
+}
+
 void Scan(const rollout_result_t*, WireScanner* scanner) {
   scanner->Skip(9 * kScalar64 + 9 * kScalar32);
   for (int i = 0; i < 2; ++i) scanner->TakeCount(kMaxValues);  // gradient size and first index
@@ -51,6 +61,14 @@ void Scan(const rollout_result_t*, WireScanner* scanner) {
 
 void SetCounts(worker_status_t* message) { message->queue_size = Count(message->queue); }
 
+void CleanTexts(worker_status_t* message) {
+  Clean(&message->name, kMaxNameLength);
+  Clean(&message->engine, kMaxNameLength);
+  Clean(&message->build, kMaxBuildLength);
+  Clean(&message->host, kMaxHostLength);
+  Clean(&message->reason, kMaxReasonLength);
+}
+
 void Scan(const worker_status_t*, WireScanner* scanner) {
   scanner->Skip(12 * kScalar64 + 5 * kScalar32);
   const std::size_t queue = scanner->TakeCount(kMaxQueue * static_cast<std::int32_t>(kId));
@@ -59,10 +77,16 @@ void Scan(const worker_status_t*, WireScanner* scanner) {
   scanner->SkipString(kMaxNameLength);
   scanner->SkipString(kMaxBuildLength);
   scanner->SkipString(kMaxHostLength);
+  scanner->SkipString(kMaxReasonLength);
   scanner->Skip(RunKey::kDigestSize);
 }
 
 void SetCounts(run_status_t* message) { message->theta_size = Count(message->theta); }
+
+void CleanTexts(run_status_t* message) {
+  Clean(&message->scenario, kMaxHostLength);
+  Clean(&message->method, kMaxNameLength);
+}
 
 void Scan(const run_status_t*, WireScanner* scanner) {
   scanner->Skip(12 * kScalar64 + 9 * kScalar32);
@@ -74,6 +98,8 @@ void Scan(const run_status_t*, WireScanner* scanner) {
 }
 
 void SetCounts(scenario_t* message) { message->data_size = Count(message->data); }
+
+void CleanTexts(scenario_t*) {}
 
 void Scan(const scenario_t*, WireScanner* scanner) {
   scanner->Skip(4 * kScalar64);
@@ -87,6 +113,8 @@ void SetCounts(control_t* message) {
   message->ids_size = Count(message->ids);
   message->chunk_count = Count(message->chunks);
 }
+
+void CleanTexts(control_t* message) { Clean(&message->worker, kMaxNameLength); }
 
 void Scan(const control_t*, WireScanner* scanner) {
   scanner->Skip(5 * kScalar64 + kScalar32);

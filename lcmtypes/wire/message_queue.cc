@@ -58,6 +58,11 @@ void MessageQueue::CountPublished(bool sent) {
   ++(sent ? counters_.published : counters_.publish_failures);
 }
 
+void MessageQueue::CountNoMemory() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++counters_.dropped_no_memory;
+}
+
 TransportCounters MessageQueue::counters() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return counters_;

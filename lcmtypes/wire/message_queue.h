@@ -19,10 +19,11 @@ class MessageQueue {
   // By the receiving thread. A message larger than kMaxMessageSize is dropped and counted.
   void Put(const std::string& channel, const std::uint8_t* data, std::size_t size, std::int64_t arrival_us);
 
-  // As Transport::Receive, Wake and counters. CountPublished adds to the latter.
+  // As Transport::Receive, Wake and counters. CountPublished and CountNoMemory add to the latter.
   std::optional<Message> Receive(std::int64_t timeout_us);
   void Wake();
   void CountPublished(bool sent);
+  void CountNoMemory();
   TransportCounters counters() const;
 
  private:

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "knap/preflight_t.hpp"
+#include "lcmtypes/wire/text.h"
 
 namespace knap {
 namespace {
@@ -188,9 +189,9 @@ std::string MakeFreeLcmUrl() {
 }
 
 std::string ChooseLcmUrl(const std::string& flag, const std::string& fallback) {
-  if (!flag.empty()) return flag;
+  if (!flag.empty()) return CleanText(flag);
   const char* environment = std::getenv("LCM_DEFAULT_URL");
-  return environment != nullptr && environment[0] != '\0' ? environment : fallback;
+  return environment != nullptr && environment[0] != '\0' ? CleanText(environment) : fallback;
 }
 
 }  // namespace knap

@@ -5,10 +5,11 @@
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <csignal>
-#include <cstdio>
 #include <exception>
 #include <string>
 
+#include "lcmtypes/program/command_line.h"
+#include "lcmtypes/program/standard_streams.h"
 #include "lcmtypes/wire/tcpq_relay.h"
 
 namespace {
@@ -29,6 +30,7 @@ void RaiseDescriptorLimit() {
 }  // namespace
 
 int main(int argc, char** argv) {
+  knap::SecureStandardStreams();
   std::string host = "127.0.0.1";
   int port = 7700;
   CLI::App app("Relays LCM messages between clients of a tcpq:// URL, where multicast does not pass.", "knap-relay");
@@ -37,20 +39,23 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? 0 : 2;
+    return knap::EndParsing(app, e);
   }
   std::signal(SIGTERM, CatchSignal);
   std::signal(SIGINT, CatchSignal);
   try {
     RaiseDescriptorLimit();
     knap::TcpqRelay relay(host, port);
-    fmt::print(stderr, "knap-relay: listening at tcpq://{}:{}\n", host, relay.port());
+    knap::WriteMessage(fmt::format("knap-relay: listening at tcpq://{}:{}\n", host, relay.port()));
     relay.Run(g_stop);
     const knap::TcpqRelayCounters& counters = relay.counters();
-    fmt::print(stderr, "knap-relay: {} clients, {} messages, {} delivered, {} dropped, {} connections refused\n",
-               counters.clients, counters.relayed, counters.delivered, counters.dropped, counters.refused);
+    knap::WriteMessage(fmt::format(
+        "knap-relay: {} clients, {} messages, {} delivered, {} dropped, {} connections refused, {} closed for their "
+        "hunger, {} times without a descriptor\n",
+        counters.clients, counters.relayed, counters.delivered, counters.dropped, counters.refused, counters.hungry,
+        counters.accept_failures));
   } catch (const std::exception& e) {
-    fmt::print(stderr, "knap-relay: {}\n", e.what());
+    knap::WriteMessage(fmt::format("knap-relay: {}\n", e.what()));
     return 1;
   }
   return 0;

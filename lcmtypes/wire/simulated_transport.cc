@@ -36,12 +36,14 @@ void SimulatedNetwork::Advance(std::int64_t until_us, const std::function<bool()
     auto event = events_.extract(events_.begin());
     now_us_ = event.key().first;
     event.mapped()();
+    if (on_event_) on_event_();
   }
 }
 
-void SimulatedNetwork::Send(const std::string& channel, const std::vector<std::uint8_t>& bytes) {
+void SimulatedNetwork::Send(int from, const std::string& channel, const std::vector<std::uint8_t>& bytes) {
   for (const auto& [index, receiver] : receivers_) {
     if (receiver->channels_.count(channel) == 0 || DrawUniform() < faults_.drop) continue;
+    if (cut_.count({from, index}) != 0) continue;
     const int copies = DrawUniform() < faults_.duplicate ? 2 : 1;
     for (int i = 0; i < copies; ++i) {
       std::vector<std::uint8_t> copy = bytes;
@@ -83,7 +85,7 @@ SimulatedTransport::~SimulatedTransport() { network_->receivers_.erase(index_); 
 
 void SimulatedTransport::Publish(const std::string& channel, const std::vector<std::uint8_t>& bytes) {
   ++counters_.published;
-  network_->Send(channel, bytes);
+  network_->Send(index_, channel, bytes);
 }
 
 std::optional<Message> SimulatedTransport::Receive(std::int64_t timeout_us) {

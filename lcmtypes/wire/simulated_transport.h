@@ -40,6 +40,13 @@ class SimulatedNetwork : public Clock {
 
   void set_faults(const FaultRates& faults) { faults_ = faults; }
 
+  // From now on nothing that participant `from` sends reaches participant `to`, until Mend; the other way is open.
+  void Cut(int from, int to) { cut_.insert({from, to}); }
+  void Mend(int from, int to) { cut_.erase({from, to}); }
+
+  // Called after every event, before the next one.
+  void set_on_event(std::function<void()> hook) { on_event_ = std::move(hook); }
+
   // A participant that hears these channels. `on_arrival` (may be empty, for the driver) is called after a message was
   // put into its inbox. The network must outlive it.
   std::unique_ptr<SimulatedTransport> Connect(const std::vector<std::string>& channels,
@@ -56,7 +63,7 @@ class SimulatedNetwork : public Clock {
 
  private:
   friend class SimulatedTransport;
-  void Send(const std::string& channel, const std::vector<std::uint8_t>& bytes);
+  void Send(int from, const std::string& channel, const std::vector<std::uint8_t>& bytes);
   void Deliver(int receiver, const std::string& channel, std::vector<std::uint8_t> bytes);
   void Corrupt(std::vector<std::uint8_t>* bytes);
 
@@ -64,6 +71,8 @@ class SimulatedNetwork : public Clock {
   std::int64_t event_count_ = 0;
   int next_receiver_ = 0;
   FaultRates faults_;
+  std::set<std::pair<int, int>> cut_;  // (from, to)
+  std::function<void()> on_event_;
   std::mt19937_64 random_;
   std::map<std::pair<std::int64_t, std::int64_t>, std::function<void()>> events_;  // (instant, order of creation)
   std::map<int, SimulatedTransport*> receivers_;                                   // by order of connection
@@ -79,6 +88,7 @@ class SimulatedTransport : public Transport {
   std::optional<Message> Receive(std::int64_t timeout_us) override;  // timeout 0 never moves time
   void Wake() override { woken_ = true; }
   TransportCounters counters() const override { return counters_; }
+  int address() const { return index_; }  // for SimulatedNetwork::Cut
 
  private:
   friend class SimulatedNetwork;

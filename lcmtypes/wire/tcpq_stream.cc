@@ -52,6 +52,7 @@ std::optional<TcpqMessage> TcpqReader::Take() {
   if (begin_ > 4096 && 2 * begin_ > bytes_.size()) {
     bytes_.erase(0, begin_);
     begin_ = 0;
+    if (bytes_.empty()) std::string().swap(bytes_);  // a client that is quiet holds no memory
   }
   if (!greeted_) {
     const auto magic = PeekInteger(0), version = PeekInteger(4);

@@ -45,8 +45,9 @@ class TcpqReader {
   // The next whole message; empty when more bytes are needed, or after the stream broke the protocol.
   std::optional<TcpqMessage> Take();
 
-  bool greeted() const { return greeted_; }  // Take has seen the other side's hello
-  bool broken() const { return broken_; }    // nothing more can be understood: close the connection
+  std::size_t held() const { return bytes_.capacity(); }  // memory of bytes not taken yet
+  bool greeted() const { return greeted_; }               // Take has seen the other side's hello
+  bool broken() const { return broken_; }                 // nothing more can be understood: close the connection
 
  private:
   std::optional<std::uint32_t> PeekInteger(std::size_t offset) const;

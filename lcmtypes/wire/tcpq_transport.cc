@@ -14,6 +14,7 @@
 #include <cerrno>
 #include <cstring>
 #include <memory>
+#include <new>
 #include <stdexcept>
 
 namespace knap {
@@ -179,14 +180,19 @@ void TcpqTransport::Serve() {
 void TcpqTransport::Run() {
   int pause_ms = kFirstPauseMs;
   while (!stopping_) {
-    if (fd_ >= 0) {
-      Serve();
+    try {
+      if (fd_ >= 0) {
+        Serve();
+        Disconnect();
+        pause_ms = kFirstPauseMs;
+      }
+      WaitFor(-1, 0, pause_ms);
+      pause_ms = std::min(2 * pause_ms, kLongestPauseMs);
+      if (!stopping_) Connect();
+    } catch (const std::bad_alloc&) {
+      queue_.CountNoMemory();  // the connection is lost, like any other: this thread must not end the process
       Disconnect();
-      pause_ms = kFirstPauseMs;
     }
-    WaitFor(-1, 0, pause_ms);
-    pause_ms = std::min(2 * pause_ms, kLongestPauseMs);
-    if (!stopping_) Connect();
   }
 }
 

@@ -22,6 +22,7 @@ struct TransportCounters {
   std::int64_t publish_failures = 0;
   std::int64_t received = 0;
   std::int64_t dropped_full_queue = 0;  // arrived, but our bounded queue was full
+  std::int64_t dropped_no_memory = 0;   // arrived, but there was no memory to keep it (over tcpq://: the connection)
   std::int64_t dropped_too_large = 0;   // arrived, but larger than any message of ours
 };
 

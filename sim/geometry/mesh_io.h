@@ -13,21 +13,19 @@ namespace knap {
 //
 // Vertices with equal coordinates become one, and triangles that lose a corner by it vanish. OBJ: vertices
 // keep the order and, where none coincide, the numbers of the file's `v` lines (from 0), also those that no
-// face uses, at full double precision; polygons are split into triangles. STL: order of first use, single
-// precision. Texture coordinates, normals, colours, groups and materials are ignored.
+// face uses; polygons are split into triangles (polygon.h). STL: order of first use. Texts are read at full
+// double precision. Texture coordinates, normals, colours, groups and materials are ignored; no other file
+// is opened. Which dialects are read is in mesh_text.h; a binary STL may have more bytes behind its facets.
 //
-// The mesh may be open or badly oriented; see FindDefects.
-//
-// Bytes may come from anyone: they are checked in full before assimp sees them, because assimp's asserts
-// abort the process, and no other file is ever opened. PLY is refused: assimp 5.2 aborts or hangs on
-// damaged PLY files.
+// The mesh may be open or badly oriented; see FindDefects. Bytes may come from anyone.
 //
 // Throws std::runtime_error with one line that starts with `name`, and with the line and column of a text
-// file: "cage.obj:12:3: vertex 9 does not exist yet or at all: the file has 8 up to here".
+// file: "cage.obj:12:3: vertex 9 does not exist: the file has 8, counted from 1".
 TriangleMesh ReadMesh(const std::string& name, std::string_view bytes, double metres_per_unit);
 
 // Returns a binary STL file in millimetres of a mesh in metres, single precision, with each triangle's unit
-// normal. Equal vertices stay equal, so a closed mesh stays closed. Indices must be in range.
+// normal. Equal vertices stay equal, so a closed mesh stays closed. Indices must be in range. Throws
+// std::runtime_error when the volume is not positive: nobody can print such a file.
 std::string WriteStl(const TriangleMesh& mesh);
 
 // Returns an OBJ file of a mesh in metres, with coordinates divided by `metres_per_unit` and written with

@@ -5,165 +5,169 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <cmath>
-#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+#include "sim/geometry/word_reader.h"
 
 namespace knap {
 namespace {
 
-constexpr double kLargestCoordinate = 1e9;
+using Eigen::Vector3d;
 
-// Splits a text into lines and words, and knows where it is.
-class WordReader {
- public:
-  WordReader(const std::string& name, std::string_view text) : name_(name), text_(text) {}
+constexpr std::size_t kMaxVertices = std::size_t{1} << 24;
+constexpr std::size_t kMaxCorners = 10'000;  // splitting a polygon takes the square of it
 
-  // Moves to the next line that has words. False at the end of the text.
-  bool NextLine() {
-    while (next_line_ < text_.size()) {
-      const size_t end = std::min(text_.find('\n', next_line_), text_.size());
-      line_ = text_.substr(next_line_, end - next_line_);
-      line_ = line_.substr(0, line_.find('#'));
-      next_line_ = end + 1;
-      ++line_number_;
-      at_ = 0;
-      if (line_.find_first_not_of(kBlank) != std::string_view::npos) return true;
-    }
-    return false;
-  }
+// Legal statements that do not concern a surface of polygons [Wavefront 1995, App. B1].
+constexpr std::array<std::string_view, 32> kIgnored = {
+    "vt",       "vn",    "vp",    "g",          "o",         "s",      "mg",     "l",
+    "p",        "lod",   "bevel", "usemtl",     "mtllib",    "usemap", "maplib", "c_interp",
+    "d_interp", "ctech", "stech", "shadow_obj", "trace_obj", "cstype", "deg",    "bmat",
+    "step",     "curv",  "curv2", "parm",       "trim",      "hole",   "scrv",   "sp"};
 
-  // The next word of this line, "" at its end.
-  std::string_view NextWord() {
-    word_begin_ = std::min(line_.find_first_not_of(kBlank, at_), line_.size());
-    at_ = std::min(line_.find_first_of(kBlank, word_begin_), line_.size());
-    return line_.substr(word_begin_, at_ - word_begin_);
-  }
+// What would be missing if it were passed over.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kRefused = {
+    {{"surf", "a free-form surface"},
+     {"bzp", "a free-form surface"},
+     {"bsp", "a free-form surface"},
+     {"cdc", "a free-form curve"},
+     {"cdp", "a free-form surface"},
+     {"res", "a free-form surface"},
+     {"call", "a reference to another file"},
+     {"csh", "a command"}}};
 
-  // The next word as a coordinate.
-  double NextCoordinate() {
-    std::string_view word = NextWord();
-    if (word.empty()) Fail("a number is missing");
-    if (word.front() == '+') word.remove_prefix(1);
-    double value = 0;
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (error != std::errc() || end != word.data() + word.size() || !(std::abs(value) <= kLargestCoordinate)) {
-      Fail(fmt::format("'{}' is not a number within +-1e9", Shorten(word)));
-    }
-    return value;
-  }
-
-  // Requires the rest of the line to begin with these words.
-  void Expect(std::initializer_list<std::string_view> words) {
-    for (const std::string_view expected : words) {
-      const std::string_view word = NextWord();
-      if (word != expected) Fail(fmt::format("expected '{}', found '{}'", expected, Shorten(word)));
-    }
-  }
-
-  void ExpectLine(std::initializer_list<std::string_view> words) {
-    if (!NextLine()) Fail(fmt::format("the file ends where '{}' is expected", *words.begin()));
-    Expect(words);
-  }
-
-  void ExpectEndOfLine() {
-    const std::string_view word = NextWord();
-    if (!word.empty()) Fail(fmt::format("'{}' is one word too many", Shorten(word)));
-  }
-
-  // Names the place of the last word.
-  [[noreturn]] void Fail(const std::string& what) const {
-    throw std::runtime_error(fmt::format("{}:{}:{}: {}", name_, std::max(line_number_, 1), word_begin_ + 1, what));
-  }
-
-  // Foreign text in a message: short, and without control bytes.
-  static std::string Shorten(std::string_view word) {
-    std::string shown(word.substr(0, 40));
-    for (char& c : shown) {
-      if (c < ' ' || c > '~') c = '?';
-    }
-    return shown;
-  }
-
- private:
-  static constexpr std::string_view kBlank = " \t\r\v\f";
-  const std::string& name_;
-  const std::string_view text_;
-  std::string_view line_;
-  size_t next_line_ = 0;
-  size_t at_ = 0;
-  size_t word_begin_ = 0;
-  int line_number_ = 0;
+// Vertices of the whole file, and how many came before the line that is being read.
+struct VertexCount {
+  long long total = 0;
+  long long before = 0;
 };
 
-// One corner of a face, "7", "7/1", "7//2", "7/1/2" or counted back from the last vertex, "-1".
-int ParseCorner(const WordReader& reader, std::string_view word, int num_vertices) {
+// One corner of a face, "7", "7/1", "7//2", "7/1/2" or counted back from the last vertex before it, "-1".
+int ParseCorner(const WordReader& reader, std::string_view word, const VertexCount& count) {
   const std::string_view digits = word.substr(0, word.find('/'));
   long long number = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
   if (error != std::errc() || end != digits.data() + digits.size()) {
     reader.Fail(fmt::format("'{}' is not a vertex number", WordReader::Shorten(word)));
   }
-  const long long index = number < 0 ? num_vertices + number : number - 1;
-  if (index < 0 || index >= num_vertices) {
-    reader.Fail(
-        fmt::format("vertex {} does not exist yet or at all: the file has {} up to here", number, num_vertices));
+  if (number < -count.before) {
+    reader.Fail(fmt::format("vertex {} does not exist: the file has {} up to here", number, count.before));
   }
-  return static_cast<int>(index);
+  if (number == 0 || number > count.total) {
+    reader.Fail(fmt::format("vertex {} does not exist: the file has {}, counted from 1", number, count.total));
+  }
+  return static_cast<int>(number < 0 ? count.before + number : number - 1);
 }
 
-// Keywords that say nothing about the surface's shape.
-constexpr std::array<std::string_view, 11> kIgnored = {"vt", "vn", "vp",     "g",      "o",     "s",
-                                                       "l",  "p",  "mtllib", "usemtl", "usemap"};
+ObjPolygon ParseFace(WordReader* reader, const VertexCount& count) {
+  ObjPolygon polygon{reader->line_number(), {}};
+  for (std::string_view word = reader->NextWord(); !word.empty(); word = reader->NextWord()) {
+    polygon.corners.push_back(ParseCorner(*reader, word, count));
+    if (polygon.corners.size() > kMaxCorners) {
+      reader->Fail(fmt::format("a face of more than {} vertices", kMaxCorners));
+    }
+  }
+  if (polygon.corners.size() < 3) reader->Fail("a face needs at least three vertices");
+  return polygon;
+}
+
+void CheckKeyword(const WordReader& reader, std::string_view keyword) {
+  if (std::find(kIgnored.begin(), kIgnored.end(), keyword) != kIgnored.end() || keyword == "end" || keyword == "con") {
+    return;
+  }
+  for (const auto& [refused, meaning] : kRefused) {
+    if (keyword != refused) continue;
+    reader.Fail(fmt::format("'{}' is {}; save the surface as polygons in one file", keyword, meaning));
+  }
+  reader.Fail(fmt::format("unknown OBJ keyword '{}'", WordReader::Shorten(keyword)));
+}
+
+// Requires the next words to be these, in capitals or not.
+void Expect(WordReader* reader, std::initializer_list<std::string_view> words) {
+  for (const std::string_view expected : words) {
+    const std::string_view word = reader->NextWordOfAnyLine();
+    if (word.empty()) reader->Fail(fmt::format("the file ends where '{}' is expected", expected));
+    if (ToLowerCase(word) != expected) {
+      reader->Fail(fmt::format("expected '{}', found '{}'", expected, WordReader::Shorten(word)));
+    }
+  }
+}
+
+void ParseFacet(WordReader* reader, TriangleMesh* mesh) {
+  Expect(reader, {"normal"});
+  // The corners say where outside is; of triangles without area some programs write "nan" here.
+  for (int k = 0; k < 3; ++k) {
+    const std::string_view word = reader->NextWordOfAnyLine();
+    if (word.empty() || ToLowerCase(word) == "outer") reader->Fail("a number is missing");
+  }
+  Expect(reader, {"outer", "loop"});
+  const int first = static_cast<int>(mesh->vertices.size());
+  for (int corner = 0; corner < 3; ++corner) {
+    Expect(reader, {"vertex"});
+    Vector3d v;
+    for (int k = 0; k < 3; ++k) v[k] = reader->ParseCoordinate(reader->NextWordOfAnyLine());
+    mesh->vertices.push_back(v);
+  }
+  Expect(reader, {"endloop", "endfacet"});
+  mesh->triangles.emplace_back(first, first + 1, first + 2);
+}
 
 }  // namespace
 
 ObjSurface ParseObjSurface(const std::string& name, std::string_view text) {
   ObjSurface surface;
-  WordReader reader(name, text);
-  while (reader.NextLine()) {
-    const std::string_view keyword = reader.NextWord();
+  WordReader vertices(name, text, true, '#');
+  while (vertices.NextLine()) {
+    if (vertices.NextWord() != "v") continue;
+    Vector3d v;
+    for (int k = 0; k < 3; ++k) v[k] = vertices.ParseCoordinate(vertices.NextWord());
+    surface.vertices.push_back(v);  // what may follow, a weight or a colour, is of no interest
+    if (surface.vertices.size() > kMaxVertices) vertices.Fail(fmt::format("more than {} vertices", kMaxVertices));
+  }
+  // Faces may name vertices that come after them, so they are read when all vertices are known.
+  VertexCount count{static_cast<long long>(surface.vertices.size()), 0};
+  WordReader faces(name, text, true, '#');
+  while (faces.NextLine()) {
+    const std::string_view keyword = faces.NextWord();
     if (keyword == "v") {
-      Eigen::Vector3d v;
-      for (int k = 0; k < 3; ++k) v[k] = reader.NextCoordinate();
-      surface.vertices.push_back(v);  // what may follow, a weight or a colour, is of no interest
-    } else if (keyword == "f") {
-      std::vector<int> polygon;
-      const int num_vertices = static_cast<int>(surface.vertices.size());
-      for (std::string_view word = reader.NextWord(); !word.empty(); word = reader.NextWord()) {
-        polygon.push_back(ParseCorner(reader, word, num_vertices));
-      }
-      if (polygon.size() < 3) reader.Fail("a face needs at least three vertices");
-      surface.polygons.push_back(std::move(polygon));
-    } else if (std::find(kIgnored.begin(), kIgnored.end(), keyword) == kIgnored.end()) {
-      reader.Fail(fmt::format("unknown OBJ keyword '{}'", WordReader::Shorten(keyword)));
+      ++count.before;
+    } else if (keyword == "f" || keyword == "fo") {  // "fo" is the name of former times
+      surface.polygons.push_back(ParseFace(&faces, count));
+    } else {
+      CheckKeyword(faces, keyword);
     }
   }
   return surface;
 }
 
-void CheckTextStl(const std::string& name, std::string_view text) {
-  WordReader reader(name, text);
-  reader.ExpectLine({"solid"});
-  while (true) {
-    if (!reader.NextLine()) reader.Fail("the file ends without 'endsolid'");
-    const std::string_view keyword = reader.NextWord();
-    if (keyword == "endsolid") break;
-    if (keyword != "facet") {
-      reader.Fail(fmt::format("expected 'facet' or 'endsolid', found '{}'", WordReader::Shorten(keyword)));
+TriangleMesh ParseTextStl(const std::string& name, std::string_view text) {
+  TriangleMesh mesh;
+  WordReader reader(name, text, false, 0);
+  Expect(&reader, {"solid"});
+  bool has_solid = true;
+  while (has_solid) {
+    // The solid's name, which may be several words, ends with the line.
+    while (!reader.NextWord().empty()) {
     }
-    reader.Expect({"normal"});
-    for (int k = 0; k < 3; ++k) reader.NextCoordinate();
-    reader.ExpectEndOfLine();
-    reader.ExpectLine({"outer", "loop"});
-    for (int corner = 0; corner < 3; ++corner) {
-      reader.ExpectLine({"vertex"});
-      for (int k = 0; k < 3; ++k) reader.NextCoordinate();
-      reader.ExpectEndOfLine();
+    while (true) {
+      const std::string_view word = reader.NextWordOfAnyLine();
+      if (word.empty()) reader.Fail("the file ends without 'endsolid'");
+      const std::string keyword = ToLowerCase(word);
+      if (keyword == "endsolid") break;
+      if (keyword != "facet") {
+        reader.Fail(fmt::format("expected 'facet' or 'endsolid', found '{}'", WordReader::Shorten(word)));
+      }
+      ParseFacet(&reader, &mesh);
     }
-    reader.ExpectLine({"endloop"});
-    reader.ExpectLine({"endfacet"});
+    has_solid = reader.NextLine() && ToLowerCase(reader.NextWord()) == "solid";
   }
-  if (reader.NextLine()) reader.Fail("text after 'endsolid': only one solid a file");
+  return mesh;
+}
+
+bool BeginsAsTextStl(std::string_view text) {
+  text = SkipByteOrderMark(text);
+  const std::size_t begin = text.find_first_not_of(" \t\r\n\v\f");
+  return begin != std::string_view::npos && ToLowerCase(text.substr(begin, 5)) == "solid";
 }
 
 }  // namespace knap

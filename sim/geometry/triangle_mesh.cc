@@ -5,6 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <utility>
+
+#include "sim/geometry/self_contact.h"
+#include "sim/geometry/shells.h"
+#include "sim/geometry/triangle_bvh.h"
 
 namespace knap {
 namespace {
@@ -22,6 +28,10 @@ struct EdgeUse {
   bool forward;
 };
 
+bool HasTriangle(const Shell& shell, int triangle) {
+  return std::binary_search(shell.triangles.begin(), shell.triangles.end(), triangle);
+}
+
 bool HasRepeatedCorner(const Vector3i& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; }
 
 bool IsDegenerate(const TriangleMesh& mesh, const Vector3i& t) {
@@ -33,6 +43,45 @@ bool IsDegenerate(const TriangleMesh& mesh, const Vector3i& t) {
   return !((b - a).cross(c - a).norm() > kDegenerateArea * longest2);
 }
 
+// Triangles whose corners are those of an earlier one, in any order.
+int CountRepeatedTriangles(const TriangleMesh& mesh, const std::function<void(std::string)>& note) {
+  std::vector<std::array<int, 4>> sorted;  // corners, ascending, and the triangle
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const Vector3i& t = mesh.triangles[i];
+    sorted.push_back({t[0], t[1], t[2], static_cast<int>(i)});
+    std::sort(sorted.back().begin(), sorted.back().begin() + 3);
+  }
+  std::sort(sorted.begin(), sorted.end());
+  int repeated = 0;
+  for (std::size_t i = 1; i < sorted.size(); ++i) {
+    if (!std::equal(sorted[i].begin(), sorted[i].begin() + 3, sorted[i - 1].begin())) continue;
+    ++repeated;
+    note(fmt::format("triangles {} and {} have the same corners", sorted[i - 1][3], sorted[i][3]));
+  }
+  return repeated;
+}
+
+// What is wrong with a mesh of which every edge has its two triangles.
+void FindDefectsOfShells(const TriangleMesh& mesh, MeshDefects* defects) {
+  const std::vector<Shell> shells = FindShells(mesh);
+  if (shells.size() < 2 && !(CalcSignedVolume(mesh) > 0)) {
+    defects->inside_out = true;
+  } else if (const auto pair = FindSelfContact(mesh, TriangleBvh(mesh))) {
+    defects->meets_itself = true;
+    std::array<int, 2> parts{};
+    for (int k = 0; k < 2; ++k) {
+      while (!HasTriangle(shells[parts[k]], (*pair)[k])) ++parts[k];
+    }
+    const Vector3d at = 1000 * mesh.vertices[mesh.triangles[(*pair)[0]][0]];
+    defects->example =
+        fmt::format("{} meets {} near ({:.6g}, {:.6g}, {:.6g}) mm", DescribeShell(shells, parts[0]),
+                    parts[0] == parts[1] ? "itself" : DescribeShell(shells, parts[1]), at.x(), at.y(), at.z());
+  } else {
+    defects->example = FindWrongShell(mesh, shells);
+    defects->wrong_shells = !defects->example.empty();
+  }
+}
+
 void AppendCount(int count, const char* one, const char* many, std::string* line) {
   if (count == 0) return;
   if (!line->empty()) *line += ", ";
@@ -42,8 +91,9 @@ void AppendCount(int count, const char* one, const char* many, std::string* line
 }  // namespace
 
 bool MeshDefects::empty() const {
-  return bad_indices == 0 && non_finite_vertices == 0 && degenerate_triangles == 0 && open_edges == 0 &&
-         non_manifold_edges == 0 && flipped_edges == 0 && unused_vertices == 0 && !inside_out;
+  return bad_indices == 0 && non_finite_vertices == 0 && degenerate_triangles == 0 && repeated_triangles == 0 &&
+         open_edges == 0 && non_manifold_edges == 0 && flipped_edges == 0 && unused_vertices == 0 && !meets_itself &&
+         !wrong_shells && !inside_out;
 }
 
 std::string MeshDefects::Describe() const {
@@ -51,11 +101,14 @@ std::string MeshDefects::Describe() const {
   AppendCount(bad_indices, "triangle with an index out of range", "triangles with an index out of range", &line);
   AppendCount(non_finite_vertices, "vertex that is not finite", "vertices that are not finite", &line);
   AppendCount(degenerate_triangles, "triangle without area", "triangles without area", &line);
+  AppendCount(repeated_triangles, "triangle that is there twice", "triangles that are there twice", &line);
   AppendCount(open_edges, "open edge", "open edges", &line);
   AppendCount(non_manifold_edges, "edge with more than two triangles", "edges with more than two triangles", &line);
   AppendCount(flipped_edges, "edge between triangles of opposite orientation",
               "edges between triangles of opposite orientation", &line);
   AppendCount(unused_vertices, "vertex without a triangle", "vertices without a triangle", &line);
+  if (meets_itself) line += "parts that cross or touch";
+  if (wrong_shells) line += "a part that is neither a solid nor a cavity";
   if (inside_out) line += "no positive volume: the triangles face inwards, or there are none";
   if (!example.empty()) line += fmt::format(" ({})", example);
   return line;
@@ -97,6 +150,7 @@ MeshDefects FindDefects(const TriangleMesh& mesh) {
     }
   }
 
+  defects.repeated_triangles = CountRepeatedTriangles(mesh, note);
   std::sort(uses.begin(), uses.end(), [](const EdgeUse& a, const EdgeUse& b) {
     return std::array{a.low, a.high, int{a.forward}} < std::array{b.low, b.high, int{b.forward}};
   });
@@ -124,7 +178,7 @@ MeshDefects FindDefects(const TriangleMesh& mesh) {
       note(fmt::format("vertex {}", v));
     }
   }
-  if (defects.empty()) defects.inside_out = !(CalcSignedVolume(mesh) > 0);
+  if (defects.empty()) FindDefectsOfShells(mesh, &defects);
   return defects;
 }
 

@@ -6,11 +6,14 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <string>
 
-#define KNAP_CHECK(condition, ...)                                                                                   \
-  do {                                                                                                               \
-    if (!(condition)) {                                                                                              \
-      fmt::print(stderr, "{}:{}: check failed: {}: {}\n", __FILE__, __LINE__, #condition, fmt::format(__VA_ARGS__)); \
-      std::abort();                                                                                                  \
-    }                                                                                                                \
+#define KNAP_CHECK(condition, ...)                                                                         \
+  do {                                                                                                     \
+    if (!(condition)) {                                                                                    \
+      /* Not fmt::print, which throws when stderr takes nothing: that would be an error where we abort. */ \
+      const std::string said = fmt::format(__VA_ARGS__);                                                   \
+      std::fprintf(stderr, "%s:%d: check failed: %s: %s\n", __FILE__, __LINE__, #condition, said.c_str()); \
+      std::abort();                                                                                        \
+    }                                                                                                      \
   } while (false)

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <stdexcept>
+#include <string>
 #include <utility>
 
+#include "sim/morphology/cage_fit.h"
 #include "sim/morphology/mean_value_coordinates.h"
 
 namespace knap {
@@ -50,6 +52,9 @@ CageDesign::CageDesign(TriangleMesh mesh, TriangleMesh cage, VectorXd initial_th
     throw std::invalid_argument(
         fmt::format("a body's mesh must be closed and face outwards; this one has {}", defects.Describe()));
   }
+  CheckCage(cage_);
+  const std::string misfit = DescribeMisfit(mesh_, cage_);
+  if (!misfit.empty()) throw std::invalid_argument(misfit);
   if (!initial_theta_.allFinite()) throw std::invalid_argument("an initial parameter is not finite");
   const MatrixXd weights = CalcMeanValueWeights(cage_, mesh_);
 

@@ -25,8 +25,8 @@ class CageDesign {
  public:
   // `mesh` and `cage` are the shapes at theta_0, in one frame [m]; several moves may share a vertex and a
   // parameter (they add up). Throws std::invalid_argument with one line when mesh or cage is not closed,
-  // manifold and outward oriented, when a move's indices are out of range or its direction not finite, or
-  // when theta_0 is not finite. Costs n_mesh x (triangles of the cage) evaluations.
+  // manifold and outward oriented, when the mesh reaches out of the cage, when a move's indices are out of range or its
+  // direction not finite, or when theta_0 is not finite. Costs n_mesh x (triangles of the cage) evaluations.
   CageDesign(TriangleMesh mesh, TriangleMesh cage, Eigen::VectorXd initial_theta, const std::vector<VertexMove>& moves);
 
   int num_parameters() const { return static_cast<int>(initial_theta_.size()); }

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "sim/geometry/nearest_point.h"
+
 namespace knap {
 namespace {
 
@@ -22,36 +24,6 @@ constexpr double kEdgeOn = 1e-8;
 struct Corners {
   Vector3d a, b, c;
 };
-
-// Barycentric coordinates of the point of the triangle nearest to the origin, by the Voronoi region it lies
-// in: a corner, an edge or the inside [Ericson, Real-Time Collision Detection, 5.1.5].
-Vector3d CalcNearestPoint(const Corners& r) {
-  const Vector3d ab = r.b - r.a;
-  const Vector3d ac = r.c - r.a;
-  const double d1 = -ab.dot(r.a), d2 = -ac.dot(r.a);
-  if (d1 <= 0 && d2 <= 0) return Vector3d::UnitX();
-  const double d3 = -ab.dot(r.b), d4 = -ac.dot(r.b);
-  if (d3 >= 0 && d4 <= d3) return Vector3d::UnitY();
-  const double d5 = -ab.dot(r.c), d6 = -ac.dot(r.c);
-  if (d6 >= 0 && d5 <= d6) return Vector3d::UnitZ();
-
-  const double area_c = d1 * d4 - d3 * d2;
-  if (area_c <= 0 && d1 >= 0 && d3 <= 0) {
-    const double s = d1 / (d1 - d3);
-    return {1 - s, s, 0};
-  }
-  const double area_b = d5 * d2 - d1 * d6;
-  if (area_b <= 0 && d2 >= 0 && d6 <= 0) {
-    const double s = d2 / (d2 - d6);
-    return {1 - s, 0, s};
-  }
-  const double area_a = d3 * d6 - d5 * d4;
-  if (area_a <= 0 && d4 >= d3 && d5 >= d6) {
-    const double s = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-    return {0, 1 - s, s};
-  }
-  return Vector3d(area_a, area_b, area_c) / (area_a + area_b + area_c);
-}
 
 // Half the angle between unit vectors, times the unit normal of their plane.
 Vector3d CalcEdgeTerm(const Vector3d& u, const Vector3d& v) {
@@ -74,7 +46,7 @@ Eigen::VectorXd CalcMeanValueCoordinates(const TriangleMesh& cage, const Vector3
   Eigen::VectorXd weights = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(cage.vertices.size()));
   for (const Vector3i& t : cage.triangles) {
     const Corners r{cage.vertices[t[0]] - p, cage.vertices[t[1]] - p, cage.vertices[t[2]] - p};
-    const Vector3d nearest = CalcNearestPoint(r);
+    const Vector3d nearest = CalcNearestToOrigin(r.a, r.b, r.c);
     const double distance = (nearest[0] * r.a + nearest[1] * r.b + nearest[2] * r.c).norm();
     if (distance <= on_surface) {
       weights.setZero();

@@ -62,9 +62,6 @@ Matrix6d MakeInertia(const Body& body, const MassProperties* of_unit_density) {
   if (!body.inertia) return Matrix6d::Zero();
   const DensityInertia* density = std::get_if<DensityInertia>(&*body.inertia);
   if (of_unit_density != nullptr && density != nullptr) {
-    if (!(of_unit_density->mass > 0.0)) {
-      throw std::invalid_argument(fmt::format("theta: it turns the mesh of body '{}' inside out", body.name));
-    }
     return MakeSpatialInertia(density->density * of_unit_density->mass, of_unit_density->CalcCenter(),
                               density->density * of_unit_density->CalcCentralInertia());
   }

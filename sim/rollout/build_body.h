@@ -14,9 +14,9 @@ namespace knap {
 // Rz(yaw) Ry(pitch) Rx(roll).
 Eigen::Matrix3d RotationFromRpy(const Eigen::Vector3d& rpy);
 
-// Zero without an inertia. `of_unit_density`: of a designed body's mesh, else null. Throws std::runtime_error with one
-// line where a mass is spread over a shape without a volume of its own, or over a designed mesh, and
-// std::invalid_argument where the volume of a mesh is not positive.
+// Zero without an inertia. `of_unit_density`: of a designed body's mesh, which bounds a body, else null. Throws
+// std::runtime_error with one line where a mass is spread over a shape without a volume of its own, or over a designed
+// mesh.
 Matrix6d MakeInertia(const Body& body, const MassProperties* of_unit_density);
 
 JointLaw MakeLaw(const RevoluteJoint& joint);

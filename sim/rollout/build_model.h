@@ -22,6 +22,7 @@ struct DesignedShape {
   TriangleMesh mesh;
   MassProperties of_unit_density;              // at 1 kg/m³
   std::shared_ptr<const ContactMesh> contact;  // null where nothing touches it
+  std::string fault{};  // why the mesh bounds no body at this theta; then it has neither mass nor contact. Else empty
 };
 using DesignedShapes = std::map<std::string, DesignedShape>;  // by the body's name
 
@@ -46,9 +47,9 @@ struct SceneModel {
   Eigen::VectorXd v0;
 };
 
-// `shapes` of all designed bodies. Throws std::runtime_error with one line naming what this simulator cannot do: a
-// contact of a body without a shape, a mass spread over a shape without a volume. Contacts that ContactModel refuses
-// are reported there.
+// `shapes` of all designed bodies, without faults. Throws std::runtime_error with one line naming what this simulator
+// cannot do: a contact of a body without a shape, a mass spread over a shape without a volume. Contacts that
+// ContactModel refuses are reported there.
 SceneModel BuildModel(const Scene& scene, const DesignedShapes& shapes);
 
 }  // namespace knap

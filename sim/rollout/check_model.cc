@@ -13,6 +13,7 @@
 
 #include "sim/geometry/mesh_io.h"
 #include "sim/geometry/triangle_mesh.h"
+#include "sim/morphology/cage_fit.h"
 #include "sim/policy/weights_file.h"
 #include "sim/scenarios/check_actuation.h"
 
@@ -98,9 +99,13 @@ class ModelChecker {
 
   void CheckDesign(const DesignedBody& body) {
     const std::string path = "design.bodies." + body.name;
-    CheckMesh(path, "mesh", body.mesh, body.mesh_unit);
+    const std::optional<TriangleMesh> mesh = CheckMesh(path, "mesh", body.mesh, body.mesh_unit);
     const std::optional<TriangleMesh> cage = CheckMesh(path, "cage", body.cage, body.mesh_unit);
     if (!cage) return;
+    if (mesh && FindDefects(*mesh).empty() && FindDefects(*cage).empty()) {
+      const std::string misfit = DescribeMisfit(*mesh, *cage);
+      if (!misfit.empty()) Report({path + ".mesh", path + ".cage", path + ".mesh_unit"}, misfit);
+    }
     const std::size_t count = cage->vertices.size();
     for (const VertexGroup& group : body.vertex_groups) {
       for (std::size_t k = 0; k < group.vertices.size(); ++k) {

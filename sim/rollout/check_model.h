@@ -10,10 +10,9 @@ namespace knap {
 // - grips between bodies that forces do not move;
 // - a designed mesh with a solid inertia;
 // - a policy's file of weights that does not fit its network or bounds;
-// - mesh and cage files that hold no mesh or one that is not closed, and numbers that are no vertex of the cage.
+// - mesh and cage files that hold no mesh or one that bounds no body (triangle_mesh.h), a mesh that reaches out of its
+//   cage, and numbers that are no vertex of the cage.
 // May follow a LoadScenario that found errors: it tells nothing twice. Reads the meshes; touches no disk.
-//
-// What passes can still be refused by RolloutModel (a mesh that reaches out of its cage, for one).
 void CheckModel(LoadedScenario& scenario);
 
 }  // namespace knap

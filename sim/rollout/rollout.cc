@@ -11,7 +11,7 @@
 #include "sim/math/overloaded.h"
 #include "sim/rollout/height_loss.h"
 #include "sim/rollout/point_target.h"
-#include "sim/scenarios/numeric_keys.h"
+#include "sim/scenarios/apply_variation.h"
 #include "sim/scenarios/scenario_files.h"
 
 namespace knap {
@@ -34,6 +34,16 @@ SimulationOptions MakeOptions(const Rollout& rollout) {
   options.newton_tolerance = rollout.newton_tolerance;
   options.newton_max_iterations = static_cast<int>(rollout.newton_max_iterations);
   return options;
+}
+
+// Of a rollout that failed. Who asks for a gradient gets one of its size: the protocol holds every other for an error.
+void SetUnknown(const RolloutInput& input, RolloutOutput* out) {
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  out->loss = kUnknown;
+  out->certificate.finite = false;
+  if (!input.want_gradient) return;
+  out->gradient = VectorXd::Constant(input.theta.size(), kUnknown);
+  out->control_gradient = VectorXd::Constant(input.controls.size(), kUnknown);
 }
 
 }  // namespace
@@ -218,7 +228,6 @@ RolloutModel::Gradient RolloutModel::CalcGradient(const VectorXd& controls, cons
     if (s.policy) {
       const std::vector<PointCotangent> observed = ListObservedPoints(*s.scene.policy, s.policy->bar_points());
       bar.points.insert(bar.points.end(), observed.begin(), observed.end());
-      out.finite = s.policy->bar_weights().allFinite();
     }
     out.touchdowns = gradient.touchdowns;
     out.loss_rounding = gradient.loss_rounding;
@@ -233,6 +242,7 @@ RolloutModel::Gradient RolloutModel::CalcGradient(const VectorXd& controls, cons
     out.controls.head(open_loop) = PullBackCommands(*s.scene.controls, controls.head(open_loop), bar.commands);
   }
   if (s.policy) out.controls.tail(CountWeights(s.scene)) = s.policy->bar_weights();
+  out.finite = out.finite && out.design.allFinite() && out.controls.allFinite();
   return out;
 }
 
@@ -292,10 +302,33 @@ void RolloutModel::AddGradient(const RolloutInput& input, const Simulated& s, co
   if (!(out->gradient_change <= demand.change)) doubt("tolerance");
 }
 
+std::string RolloutModel::FindFault(const VectorXd& theta) {
+  for (const auto& [name, shape] : *GetShapes(theta)) {
+    if (!shape.fault.empty()) return shape.fault;
+  }
+  return {};
+}
+
+void RolloutModel::RequireSound(const VectorXd& theta) {
+  const std::string fault = FindFault(theta);
+  if (!fault.empty()) throw std::invalid_argument(fault);
+}
+
 RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<void(int, int)>& progress) {
   CheckInput(input);
   const double start = clock ? clock() : 0.0;
   const bool distill = input.theta_reference.size() > 0 || input.controls_reference.size() > 0;
+  std::string failure = FindFault(input.theta);
+  if (failure.empty() && distill) failure = FindFault(input.theta_reference);
+  if (!failure.empty()) {
+    RolloutOutput out;
+    out.certificate.converged = out.gradient_reliable = false;
+    out.failure = std::move(failure);
+    SetUnknown(input, &out);
+    forward_s = clock ? clock() - start : 0.0;
+    gradient_s = 0.0;
+    return out;
+  }
   const Reference* reference = distill ? &GetReference(input) : nullptr;
   const int total = static_cast<int>(std::llround(scene_.rollout.horizon / scene_.rollout.step));
   const Simulated s = Simulate(input.theta, input.controls, input.variation,
@@ -305,8 +338,7 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
   out.steps = s.trajectory->certificate.steps;
   if (distill && reference->paths.size() != s.scene.loss.distillation.size()) out.certificate.converged = false;
   if (!out.certificate.converged) {
-    out.loss = std::numeric_limits<double>::quiet_NaN();
-    out.certificate.finite = false;
+    SetUnknown(input, &out);
     forward_s = clock ? clock() - start : 0.0;
     gradient_s = 0.0;
     return out;
@@ -324,12 +356,14 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
 
 BodyPath RolloutModel::Trace(const RolloutInput& input, const std::string& body) {
   CheckInput(input);
+  RequireSound(input.theta);
   const Simulated s = Simulate(input.theta, input.controls, input.variation, {});
   return TraceBody(*s.trajectory, s.model.body_index.at(body), s.dynamics.get());
 }
 
 RopeStills RolloutModel::TraceRope(const RolloutInput& input, const std::string& rope) {
   CheckInput(input);
+  RequireSound(input.theta);
   const Simulated s = Simulate(input.theta, input.controls, input.variation, {});
   const auto look = [&](int state) {
     s.dynamics->CalcKinematics(s.trajectory->q(state), s.trajectory->v(state), s.trajectory->vdot(state),

@@ -53,6 +53,9 @@ struct RolloutOutput {
   bool gradient_reliable = true;
   std::vector<std::string> doubts;  // "cut steps", "rounding", "time steps", "touchdowns", "tolerance"
   int steps = 0;                    // steps simulated, those of chosen length one by one
+  // Why nothing was simulated: theta or theta_reference makes a mesh that bounds no body. Then the certificate says
+  // neither finite nor converged; loss and gradient are NaN, as after every rollout that failed. Else empty.
+  std::string failure{};
 };
 
 // A rope at one instant.
@@ -76,11 +79,12 @@ class RolloutModel {
   int num_controls() const { return CountControls(scene_) + CountWeights(scene_); }
   const std::optional<SceneDesign>& design() const { return design_; }
 
-  // Throws std::invalid_argument when sizes do not fit the scenario, or theta turns a mesh that has a mass inside out.
-  // `progress` may be empty.
+  // Throws std::invalid_argument when sizes do not fit the scenario or numbers are not finite; a theta that folds a
+  // mesh is an outcome, see RolloutOutput::failure. `progress` may be empty.
   RolloutOutput Run(const RolloutInput& input, const std::function<void(int done, int total)>& progress);
 
-  // Without any loss, for pictures, at theta, controls and variation of `input`: the path of one body, a rope.
+  // Without any loss, for pictures, at theta, controls and variation of `input`: the path of one body, a rope. Throw
+  // std::invalid_argument, also when theta folds a mesh.
   BodyPath Trace(const RolloutInput& input, const std::string& body);
   RopeStills TraceRope(const RolloutInput& input, const std::string& rope);
 
@@ -121,6 +125,8 @@ class RolloutModel {
   };
 
   void CheckInput(const RolloutInput& input) const;
+  std::string FindFault(const Eigen::VectorXd& theta);  // of GetShapes; empty when there is none
+  void RequireSound(const Eigen::VectorXd& theta);      // throws std::invalid_argument with the fault
   std::shared_ptr<const DesignedShapes> GetShapes(const Eigen::VectorXd& theta);
   // `finer`: at a quarter of the scene's tolerance.
   Simulated Simulate(const Eigen::VectorXd& theta, const Eigen::VectorXd& controls,

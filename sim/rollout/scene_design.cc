@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <new>
 #include <stdexcept>
 #include <utility>
 #include <variant>
@@ -42,8 +43,17 @@ CageDesign MakeCageDesign(const Design& design, const DesignedBody& body, const 
   TriangleMesh cage = ReadMesh(body.cage, files.at(body.cage), body.mesh_unit);
   const std::vector<VertexMove> moves = MakeMoves(design, body, cage);
   return CageDesign(std::move(mesh), std::move(cage), initial, moves);
+} catch (const std::bad_alloc&) {
+  throw;  // says nothing about the design
 } catch (const std::exception& e) {
   throw std::runtime_error(fmt::format("design of '{}': {}", body.name, e.what()));
+}
+
+// Of a mesh that theta has moved.
+std::string DescribeFault(const std::string& body, const TriangleMesh& mesh) {
+  const MeshDefects defects = FindDefects(mesh);
+  if (defects.empty()) return {};
+  return fmt::format("theta folds the mesh of '{}' or turns it inside out: {}", body, defects.Describe());
 }
 
 bool Touches(const Scene& scene, const std::string& body) {
@@ -80,11 +90,22 @@ DesignedShapes SceneDesign::CalcShapes(const VectorXd& theta) const {
   for (const auto& [name, part] : parts_) {
     DesignedShape shape;
     shape.mesh = part.cage.CalcMesh(theta);
-    shape.of_unit_density = CalcMassProperties(shape.mesh, 1.0);
-    if (part.touches) shape.contact = std::make_shared<ContactMesh>(shape.mesh);
+    shape.fault = DescribeFault(name, shape.mesh);
+    if (shape.fault.empty()) {
+      shape.of_unit_density = CalcMassProperties(shape.mesh, 1.0);
+      if (part.touches) shape.contact = std::make_shared<ContactMesh>(shape.mesh);
+    }
     shapes.emplace(name, std::move(shape));
   }
   return shapes;
+}
+
+std::string SceneDesign::FindFault(const VectorXd& theta) const {
+  for (const auto& [name, part] : parts_) {
+    std::string fault = DescribeFault(name, part.cage.CalcMesh(theta));
+    if (!fault.empty()) return fault;
+  }
+  return {};
 }
 
 void SceneDesign::MoveAttachments(const VectorXd& theta, Scene* scene) const {

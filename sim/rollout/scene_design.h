@@ -45,6 +45,9 @@ class SceneDesign {
 
   DesignedShapes CalcShapes(const Eigen::VectorXd& theta) const;
 
+  // The first fault that CalcShapes would find (DesignedShape::fault), at less cost; empty when there is none.
+  std::string FindFault(const Eigen::VectorXd& theta) const;
+
   // Moves joints, points of grips and watched points, those of losses and of the policy, that hang on designed bodies
   // from where the file has them to where theta does.
   void MoveAttachments(const Eigen::VectorXd& theta, Scene* scene) const;

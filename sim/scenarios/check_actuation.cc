@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <string>
 #include <type_traits>
@@ -34,6 +35,7 @@ class ActuationChecker {
   void Check() {
     const bool right = !scene_.controls || CheckControls(*scene_.controls);
     if (scene_.policy) CheckPolicy(*scene_.policy, right);
+    if (scene_.controls && right) CheckControlCount(*scene_.controls);
     CheckLearnedParts();
   }
 
@@ -83,6 +85,19 @@ class ActuationChecker {
              "commands lie from -1 to 1, and so must controls that are not squashed");
     }
     return right;
+  }
+
+  // Counted as a real number: whether it fits an integer is what is asked.
+  void CheckControlCount(const Controls& controls) {
+    const double count =
+        std::round(scene_.rollout.horizon / controls.interval) * static_cast<double>(controls.actuators.size());
+    const std::int64_t weights = scene_.policy ? CountPolicyWeights(*scene_.policy) : 0;
+    if (count + static_cast<double>(weights) <= static_cast<double>(kMostWeights)) return;
+    // A horizon or a network that is too large by itself is reported as such.
+    if (weights > kMostWeights || scene_.rollout.horizon / scene_.rollout.step > kMostSteps) return;
+    Report({"controls.interval", "rollout.horizon"},
+           fmt::format("these are {:.0f} controls{}, at most {} are allowed", count,
+                       weights > 0 ? fmt::format(" beside the {} weights of the policy", weights) : "", kMostWeights));
   }
 
   void CheckPolicy(const Policy& policy, bool controls_have_right_interval) {

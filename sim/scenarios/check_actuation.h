@@ -8,7 +8,8 @@
 
 namespace knap {
 
-// Weights that a policy may have: with a reference, a request carries them twice, and a message's limit is 2^20 values.
+// Controls and weights that a scene may have: with a reference, a request carries them twice, and a message's limit is
+// 2^20 values.
 inline constexpr std::int64_t kMostWeights = 400000;
 
 // Of the network between the policy's observations and actuators.

@@ -14,6 +14,9 @@ namespace knap {
 // Rounding in numbers that a person wrote in decimal.
 inline constexpr double kDecimalRoundOff = 1e-9;
 
+// Of a rollout: states are kept, and counts of steps must fit an int with room to spare.
+inline constexpr double kMostSteps = 1e6;
+
 inline bool IsWholeMultiple(double x, double unit) {
   const double ratio = x / unit;
   return std::abs(ratio - std::round(ratio)) <= kDecimalRoundOff * std::max(1.0, std::abs(ratio)) &&
@@ -25,11 +28,17 @@ bool HasRepeats(const std::vector<T>& items) {
   return std::set<T>(items.begin(), items.end()).size() != items.size();
 }
 
-// Null without such a body.
+// Null without such a body or rope.
 inline const Body* FindBody(const Scene& scene, const std::string& name) {
   const auto found =
       std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const Body& b) { return b.name == name; });
   return found == scene.bodies.end() ? nullptr : &*found;
+}
+
+inline const Rope* FindRope(const Scene& scene, const std::string& name) {
+  const auto found =
+      std::find_if(scene.ropes.begin(), scene.ropes.end(), [&](const Rope& r) { return r.name == name; });
+  return found == scene.ropes.end() ? nullptr : &*found;
 }
 
 }  // namespace knap

@@ -88,15 +88,4 @@ bool MayVary(std::string_view path) {
          section == "grips" || section == "loss" || section == "success";
 }
 
-void ApplyVariation(Scene& scene, std::span<const double> values) {
-  if (values.size() != scene.variation.size()) {
-    throw std::invalid_argument(
-        fmt::format("{} variation values for a scene that varies {} numbers", values.size(), scene.variation.size()));
-  }
-  std::vector<std::string> paths;
-  for (const Variation& variation : scene.variation) paths.push_back(variation.key);
-  const std::vector<double*> targets = FindNumericKeys(scene, paths);
-  for (std::size_t i = 0; i < targets.size(); ++i) *targets[i] = values[i];
-}
-
 }  // namespace knap

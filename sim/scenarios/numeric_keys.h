@@ -30,7 +30,4 @@ std::vector<double*> FindNumericKeys(Scene& scene, std::span<const std::string> 
 // integrator or the learning.
 bool MayVary(std::string_view path);
 
-// Sets scene.variation[i].key to values[i], in SI. Throws std::invalid_argument when the sizes differ.
-void ApplyVariation(Scene& scene, std::span<const double> values);
-
 }  // namespace knap

@@ -12,6 +12,7 @@ namespace {
 using std::string_view;
 
 constexpr Range kIndex{0.0, 1e9};
+constexpr Range kRolloutCount{1.0, 1e6};  // of rollouts that are asked for together, or of such rounds
 
 // Of the values of a parameter.
 Dimension GetDimension(ParameterKind kind) { return kind == ParameterKind::kStretch ? kDimensionless : kLength; }
@@ -37,9 +38,10 @@ static void VisitFields(FieldVisitor& v, CapsuleShape& s) {
 static void VisitFields(FieldVisitor& v, BoxShape& s) {
   v.Numbers({.key = "size", .doc = "along the axes of B", .dimension = kLength, .range = kPositive}, s.size);
   v.Number({.key = "rounding",
-            .doc = "radius of edges and corners in contact, at most half the least size",
+            .doc = "radius of edges and corners as made, at most half the least size; contact takes them as sharp",
+            .required = false,
             .dimension = kLength,
-            .range = kPositive},
+            .range = kNonNegative},
            s.rounding);
   VisitVector(v, "center", "in B", kLength, s.center);
 }
@@ -124,9 +126,10 @@ static void VisitFields(FieldVisitor& v, Rope& r) {
             .range = kNonNegative},
            r.gap);
   v.Number({.key = "rounding",
-            .doc = "radius of edges and corners in contact, at most half the least size",
+            .doc = "radius of edges and corners as made, at most half the least size; contact takes them as sharp",
+            .required = false,
             .dimension = kLength,
-            .range = kPositive},
+            .range = kNonNegative},
            r.rounding);
   v.Number({.key = "link_mass", .doc = "of each box", .dimension = kMass, .range = kPositive}, r.link_mass);
   v.Number({.key = "joint_damping",
@@ -283,14 +286,18 @@ static void VisitFields(FieldVisitor& v, Learning& l) {
   v.Integer({.key = "variations",
              .doc = "N: training variations; 1 where nothing varies",
              .required = false,
-             .range = kCount},
+             .range = kRolloutCount},
             l.variations);
-  v.Integer(
-      {.key = "batch", .doc = "M: variations in a batch; 1 where nothing varies", .required = false, .range = kCount},
-      l.batch);
-  v.Integer(
-      {.key = "dimensions_per_batch", .doc = "d': parameters that move in a batch", .required = false, .range = kCount},
-      l.dimensions_per_batch);
+  v.Integer({.key = "batch",
+             .doc = "M: variations in a batch; 1 where nothing varies",
+             .required = false,
+             .range = kRolloutCount},
+            l.batch);
+  v.Integer({.key = "dimensions_per_batch",
+             .doc = "d': parameters that move in a batch; left out, no more than there are",
+             .required = false,
+             .range = kCount},
+            l.dimensions_per_batch);
   v.Number({.key = "alpha", .doc = "weight of the distillation loss", .required = false, .range = kNonNegative},
            l.alpha);
   v.Number({.key = "learning_rate",
@@ -304,8 +311,9 @@ static void VisitFields(FieldVisitor& v, Learning& l) {
             .range = kFraction},
            l.decay);
   v.Text({.key = "optimizer", .doc = "an NLopt algorithm", .required = false, .role = TextRole::kName}, l.optimizer);
-  v.Integer({.key = "max_evaluations", .doc = "of the optimizer, in a batch", .required = false, .range = kCount},
-            l.max_evaluations);
+  v.Integer(
+      {.key = "max_evaluations", .doc = "of the optimizer, in a batch", .required = false, .range = kRolloutCount},
+      l.max_evaluations);
   v.Integer({.key = "rollout_budget",
              .doc = "at most so many rollouts of learning, shared out over the batches in place of max_evaluations, so "
                     "that methods can be compared at equal numbers; 0: no limit",
@@ -319,7 +327,7 @@ static void VisitFields(FieldVisitor& v, Evaluation& e) {
   v.Integer({.key = "variations",
              .doc = "never seen in training; 1 where nothing varies",
              .required = false,
-             .range = kCount},
+             .range = kRolloutCount},
             e.variations);
   v.Integer({.key = "seed", .doc = "of the evaluation, a stream of its own", .required = false, .range = kSeed},
             e.seed);

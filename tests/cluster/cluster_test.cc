@@ -6,10 +6,9 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <csignal>
 #include <filesystem>
-#include <fstream>
+#include <functional>
 #include <map>
 #include <memory>
 #include <set>
@@ -20,7 +19,8 @@
 #include "coordinator/learning/schedule.h"
 #include "coordinator/local_workers.h"
 #include "lcmtypes/wire/lcm_transport.h"
-#include "lcmtypes/wire/multicast.h"
+#include "tests/support/own_lcm_url.h"
+#include "tests/support/wait_for.h"
 #include "tests/worker/closed_form_engine.h"
 
 namespace knap {
@@ -28,10 +28,6 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-
-double ReadClock() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 class Quiet : public LearningObserver {
  public:
@@ -65,12 +61,12 @@ class Cluster {
     workers_ = std::make_unique<LocalWorkers>(
         worker_options, &clock_,
         [this](const std::string& name, pid_t pid, DeathCause cause) { dispatcher_->ReportDeath(name, pid, cause); });
-    dispatcher_->set_on_pump([this] {
-      if (on_pump) on_pump();
-      workers_->Poll();
-    });
+    dispatcher_->set_on_pump([this] { workers_->Poll(); });
     dispatcher_->set_on_stalled([this](const KnownWorker& worker) { workers_->Kill(worker.name, worker.pid); });
-    dispatcher_->set_on_result([this](const RolloutReport& report) { answered_by.insert(report.worker); });
+    dispatcher_->set_on_result([this](const RolloutReport& report) {
+      answered_by.insert(report.worker);
+      if (on_answer) on_answer(report.worker);
+    });
   }
   ~Cluster() {
     workers_.reset();
@@ -104,14 +100,37 @@ class Cluster {
 
   // Waits until this many workers have joined and loaded.
   void WaitForWorkers(int count) {
-    const double end = ReadClock() + 10.0;
-    while (dispatcher_->CountUsableWorkers() < count) {
-      ASSERT_LT(ReadClock(), end) << "workers do not come";
-      dispatcher_->Pump(0.01);
-    }
+    ASSERT_TRUE(PumpUntil([&] { return dispatcher_->CountUsableWorkers() >= count; })) << "workers do not come";
   }
 
-  std::function<void()> on_pump;
+  bool PumpUntil(const std::function<bool()>& condition) {
+    return WaitFor([&] {
+      dispatcher_->Pump(0.01);
+      return condition();
+    });
+  }
+
+  // How many requests the dispatcher believes a worker to hold; none when it does not know it.
+  std::size_t CountHeld(const std::string& name) const {
+    const std::map<std::int64_t, Holding>& holdings = dispatcher_->requests().holdings;
+    for (const auto& [instance, worker] : dispatcher_->roster().workers()) {
+      if (worker.name != name || worker.silent) continue;
+      const auto held = holdings.find(instance);
+      return held == holdings.end() ? 0 : held->second.ids.size();
+    }
+    return 0;
+  }
+
+  // Evaluates, always something new, until the condition holds: the faster the machine, the more often.
+  void EvaluateUntil(const std::function<bool()>& condition, int queries) {
+    int rounds = 0;
+    ASSERT_TRUE(WaitFor([&] {
+      EvaluateAndCheck(MakeQueries(queries, 1000.0 * ++rounds));
+      return condition() || ::testing::Test::HasFailure();
+    }));
+  }
+
+  std::function<void(const std::string& worker)> on_answer;
   std::set<std::string> answered_by;
   Dispatcher& dispatcher() { return *dispatcher_; }
   LocalWorkers& workers() { return *workers_; }
@@ -120,7 +139,7 @@ class Cluster {
 
  private:
   static inline int count_ = 0;
-  std::string url_ = MakeFreeLcmUrl();
+  std::string url_ = MakeOwnLcmUrl();
   std::filesystem::path directory_;
   SteadyClock clock_;
   RunKey key_;
@@ -130,16 +149,23 @@ class Cluster {
   std::unique_ptr<LocalWorkers> workers_;
 };
 
+// Nobody is believed gone or stuck only because the machine is busy with something else.
+DispatchOptions MakePatientOptions() {
+  DispatchOptions options;
+  options.lease_s = options.no_worker_s = 600.0;
+  return options;
+}
+
 TEST(ClusterTest, TenQueriesKeepTwoWorkersBusy) {
-  Cluster cluster(2, 5000);
+  Cluster cluster(2, 5000, "", MakePatientOptions());
   cluster.WaitForWorkers(2);
-  const double begin = ReadClock();
+  int busy = 0;  // when the first answer came
+  cluster.on_answer = [&](const std::string& worker) {
+    if (cluster.answered_by != std::set<std::string>{worker} || busy > 0) return;
+    for (const char* name : {"local-1", "local-2"}) busy += cluster.CountHeld(name) > 0 ? 1 : 0;
+  };
   cluster.EvaluateAndCheck(Cluster::MakeQueries(10));
-  const double elapsed = ReadClock() - begin;
-  EXPECT_EQ(cluster.answered_by.size(), 2u);
-  // Ten sleeps of at least 50 ms on two workers; one worker alone would need 500 ms.
-  EXPECT_GE(elapsed, 0.25);
-  EXPECT_LT(elapsed, 0.5);
+  EXPECT_EQ(busy, 2);
 }
 
 // A worker started by hand, as with --external: nobody starts it again.
@@ -178,48 +204,45 @@ class HandWorker {
 };
 
 TEST(ClusterTest, KilledWorkersChangeNothing) {
-  Cluster cluster(2, 5000);  // local-1 lives on, local-2 is killed every half second and started again
+  // local-1 lives on; local-2 is killed at every third answer, with more in its hands, and started again.
+  Cluster cluster(2, 5000);
   HandWorker mortal({"--lcm-url", cluster.url(), "--key", cluster.key_file(), "--name", "mortal"});  // dies for good
   cluster.WaitForWorkers(3);
-  double next_kill = ReadClock() + 0.5;
-  double death = ReadClock() + 0.3;
-  cluster.on_pump = [&] {
-    if (ReadClock() > death) {
-      mortal.Signal(SIGKILL);
-      death = 1e300;
-    }
-    if (ReadClock() < next_kill) return;
-    next_kill += 0.5;
+  int answers = 0;
+  cluster.on_answer = [&](const std::string& worker) {
+    if (worker == "mortal") mortal.Signal(SIGKILL);
+    if (worker != "local-2" || ++answers % 3 != 0 || cluster.CountHeld(worker) == 0) return;
     const std::vector<pid_t> processes = cluster.workers().ListProcesses();
     if (processes.size() == 2) kill(processes[1], SIGKILL);
   };
-  cluster.EvaluateAndCheck(Cluster::MakeQueries(100));
+  cluster.EvaluateUntil(
+      [&] {
+        const DispatchCounters& counters = cluster.dispatcher().counters();
+        return cluster.answered_by.size() == 3 && cluster.workers().restarts() >= 2 && counters.workers_lost >= 3 &&
+               counters.reissued >= 3;
+      },
+      30);
   EXPECT_EQ(cluster.answered_by, (std::set<std::string>{"local-1", "local-2", "mortal"}));
-  EXPECT_GE(cluster.workers().restarts(), 2);
-  EXPECT_GE(cluster.dispatcher().counters().workers_lost, 3);
-  EXPECT_GE(cluster.dispatcher().counters().reissued, 3);
 }
 
-TEST(ClusterTest, FrozenWorkersRequestsGoToOthersWithinTwoSeconds) {
+// How long that takes is DispatcherTest's, by a simulated clock.
+TEST(ClusterTest, FrozenWorkersRequestsGoToOthers) {
   Cluster cluster(1, 5000);
   HandWorker frozen({"--lcm-url", cluster.url(), "--key", cluster.key_file(), "--name", "frozen"});
   cluster.WaitForWorkers(2);
-  const double begin = ReadClock();
   bool stopped = false;
-  cluster.on_pump = [&] {
-    if (stopped || ReadClock() < begin + 0.1) return;
+  cluster.on_answer = [&](const std::string&) {
+    if (stopped || cluster.CountHeld("frozen") == 0) return;
     frozen.Signal(SIGSTOP);
     stopped = true;
   };
-  cluster.EvaluateAndCheck(Cluster::MakeQueries(8));
-  EXPECT_LT(ReadClock() - begin, 2.5);
+  cluster.EvaluateUntil([&] { return stopped; }, 8);
   const DispatchCounters& counters = cluster.dispatcher().counters();
-  EXPECT_GE(counters.reissued + counters.copied, 1);
+  EXPECT_GE(counters.reissued + counters.moved + counters.copied, 1);
   frozen.Signal(SIGCONT);  // it comes back, its late answers agree, and it works on
   cluster.WaitForWorkers(2);
   cluster.answered_by.clear();
-  cluster.EvaluateAndCheck(Cluster::MakeQueries(8, 100.0));
-  EXPECT_EQ(cluster.answered_by.count("frozen"), 1u);
+  cluster.EvaluateUntil([&] { return cluster.answered_by.count("frozen") == 1; }, 8);
 }
 
 TEST(ClusterTest, RequestThatCrashesWorkersIsPoison) {
@@ -240,18 +263,19 @@ TEST(ClusterTest, RequestThatCrashesWorkersIsPoison) {
 
 TEST(ClusterTest, HangingRequestIsTakenAwayAndItsWorkerKilled) {
   DispatchOptions options;
-  options.stall_s = 0.6;
+  options.stall_s = 2.0;
   Cluster cluster(2, 1000, "hang_at 13\n", options);
   cluster.WaitForWorkers(2);
   auto queries = Cluster::MakeQueries(3);
   queries[1].variation = {13.0};
+  const std::string id = FormatHex(cluster.dispatcher().CalcId(queries[1]));
   try {
     cluster.dispatcher().Evaluate(queries);
     FAIL() << "nothing was thrown";
   } catch (const std::runtime_error& e) {
-    EXPECT_THAT(e.what(), HasSubstr("no progress"));
+    EXPECT_THAT(e.what(), AllOf(HasSubstr("no progress"), HasSubstr(id)));
   }
-  EXPECT_EQ(cluster.dispatcher().counters().workers_stalled, 3);
+  EXPECT_GE(cluster.dispatcher().counters().workers_stalled, 3);
   EXPECT_GE(cluster.workers().restarts(), 1);
 }
 
@@ -297,34 +321,34 @@ TEST(ClusterTest, WorkersWithoutTheKeyGetNoWork) {
   options.no_worker_s = 1.0;
   Cluster cluster(0, 0, "", options);
   HandWorker stranger({"--lcm-url", cluster.url(), "--name", "stranger"});
+  ASSERT_TRUE(cluster.PumpUntil([&] { return cluster.dispatcher().counters().refused.corrupt >= 2; }));
   EXPECT_THROW(cluster.dispatcher().Evaluate(Cluster::MakeQueries(1)), NoWorkers);
-  EXPECT_GE(cluster.dispatcher().counters().refused.corrupt, 2);
 }
 
 TEST(ClusterTest, StopEndsEveryWorker) {
-  Cluster cluster(0, 0);
+  Cluster cluster(0, 0, "", MakePatientOptions());
   HandWorker a({"--lcm-url", cluster.url(), "--key", cluster.key_file(), "--name", "a"});
   HandWorker b({"--lcm-url", cluster.url(), "--key", cluster.key_file(), "--name", "b"});
   cluster.WaitForWorkers(2);
   cluster.EvaluateAndCheck(Cluster::MakeQueries(4));
-  cluster.dispatcher().StopWorkers(2.0);
+  cluster.dispatcher().StopWorkers(600.0);
   EXPECT_EQ(a.WaitForExitCode(), 0);
   EXPECT_EQ(b.WaitForExitCode(), 0);
 }
 
 TEST(ClusterTest, TerminatedWorkerSaysGoodbye) {
-  Cluster cluster(1, 5000);
+  Cluster cluster(1, 5000, "", MakePatientOptions());
   HandWorker leaver({"--lcm-url", cluster.url(), "--key", cluster.key_file(), "--name", "leaver"});
   cluster.WaitForWorkers(2);
-  const double begin = ReadClock();
   bool told = false;
-  cluster.on_pump = [&] {
-    if (!told && ReadClock() > begin + 0.1) leaver.Signal(SIGTERM);
-    told = told || ReadClock() > begin + 0.1;
+  cluster.on_answer = [&](const std::string&) {
+    if (!told) leaver.Signal(SIGTERM);
+    told = true;
   };
   cluster.EvaluateAndCheck(Cluster::MakeQueries(8));
-  EXPECT_LT(ReadClock() - begin, 1.0);  // nobody waited for a lease to expire
   EXPECT_EQ(leaver.WaitForExitCode(), 0);
+  // Leases last longer than this test: only its goodbye takes it off the roster.
+  EXPECT_TRUE(cluster.PumpUntil([&] { return cluster.dispatcher().CountUsableWorkers() == 1; }));
   EXPECT_EQ(cluster.dispatcher().counters().workers_lost, 0);
 }
 
@@ -333,79 +357,6 @@ TEST(WorkerProgramTest, BadUsageExitsWithTwo) {
   EXPECT_EQ(HandWorker({"--name", "no spaces"}).WaitForExitCode(), 2);
   EXPECT_EQ(HandWorker({"--key", "/nowhere/key"}).WaitForExitCode(), 2);
   EXPECT_EQ(HandWorker({"--lcm-url", "udpm://1.2.3.4:5"}).WaitForExitCode(), 2);
-}
-
-TEST(LocalWorkersTest, MissingProgramIsNamed) {
-  SteadyClock clock;
-  LocalWorkerOptions options;
-  options.program = "/nowhere/knap-worker";
-  EXPECT_THROW(LocalWorkers(options, &clock, [](const std::string&, pid_t, DeathCause) {}), std::runtime_error);
-}
-
-TEST(LocalWorkersTest, WorkerThatCannotLiveEndsWithItsLastLine) {
-  SteadyClock clock;
-  const std::filesystem::path directory =
-      std::filesystem::temp_directory_path() / fmt::format("knap-local-{}", getpid());
-  std::filesystem::create_directories(directory);
-  LocalWorkerOptions options;
-  options.program = FindWorkerProgram("knap-test-worker");
-  options.lcm_url = "udpm://1.2.3.4:5";
-  options.log_directory = directory;
-  int deaths = 0;
-  LocalWorkers workers(options, &clock, [&](const std::string&, pid_t, DeathCause cause) {
-    ++deaths;
-    EXPECT_EQ(cause, DeathCause::kOutside);
-  });
-  std::string line;
-  const double end = ReadClock() + 20.0;
-  while (line.empty() && ReadClock() < end) {
-    try {
-      workers.Poll();
-      usleep(5000);
-    } catch (const std::runtime_error& e) {
-      line = e.what();
-    }
-  }
-  EXPECT_THAT(line, AllOf(HasSubstr("local-1"), HasSubstr("exit code 2"), HasSubstr("no multicast address"),
-                          HasSubstr(".log")));
-  EXPECT_EQ(deaths, 5);
-  std::filesystem::remove_all(directory);
-}
-
-bool IsGone(pid_t pid) {
-  std::ifstream file(fmt::format("/proc/{}/stat", pid));
-  std::string number, name, state;
-  return !(file >> number >> name >> state) || state == "Z";
-}
-
-TEST(LocalWorkersTest, WorkersDieWithTheirParent) {
-  int line[2];
-  ASSERT_EQ(pipe(line), 0);
-  const std::string url = MakeFreeLcmUrl();
-  const pid_t parent = fork();
-  if (parent == 0) {
-    SteadyClock clock;
-    LocalWorkerOptions options;
-    options.program = FindWorkerProgram("knap-test-worker");
-    options.lcm_url = url;
-    LocalWorkers workers(options, &clock, [](const std::string&, pid_t, DeathCause) {});
-    const pid_t worker = workers.ListProcesses()[0];
-    if (write(line[1], &worker, sizeof(worker)) != sizeof(worker)) _exit(1);
-    pause();
-    _exit(0);
-  }
-  pid_t worker = 0;
-  ASSERT_EQ(read(line[0], &worker, sizeof(worker)), static_cast<ssize_t>(sizeof(worker)));
-  EXPECT_FALSE(IsGone(worker));
-  usleep(200'000);  // it has become the worker program by now
-  EXPECT_FALSE(IsGone(worker));
-  kill(parent, SIGKILL);
-  waitpid(parent, nullptr, 0);
-  const double end = ReadClock() + 5.0;
-  while (!IsGone(worker) && ReadClock() < end) usleep(10'000);
-  EXPECT_TRUE(IsGone(worker));
-  close(line[0]);
-  close(line[1]);
 }
 
 }  // namespace

@@ -25,16 +25,17 @@ trap finish EXIT
 cd -- "$folder"
 (umask 077 && head -c 32 /dev/urandom >key)
 
-port=$((20000 + $$ % 11900))
-coordinators_url="udpm://239.255.76.67:$port?ttl=0"
-workers_url="udpm://239.255.76.67:$((port + 50))?ttl=0"
+# A group of their own among 65,536: another suite on this machine has other buses.
+group=239.255.$((RANDOM % 256)).$((RANDOM % 256)) port=$((20000 + RANDOM % 11900))
+coordinators_url="udpm://$group:$port?ttl=0"
+workers_url="udpm://$group:$((port + 50))?ttl=0"
 
 start_worker() {
   "$knap_worker" --lcm-url "$workers_url" --key key --name "worker-$1" 2>>workers.log &
   workers[$1]=$!
 }
 start_coordinator() {
-  "$knap" learn "$@" --external --lcm-url "$coordinators_url" --key key --wait 120 --quiet 2>>coordinator.log &
+  "$knap" learn "$@" --external --lcm-url "$coordinators_url" --key key --wait 600 --quiet 2>>coordinator.log &
   coordinator=$!
 }
 # Kills a child and waits until it is gone, without the shell's word on it.
@@ -61,9 +62,9 @@ for ((run = 1; run <= runs; ++run)); do
     kill -0 "$coordinator" || { cat coordinator.log && exit 1; }
     sleep 0.01
   done
-  next_resume=$((RANDOM % 5)) answers=0
+  next_resume=$((RANDOM % 3)) answers=0 strikes=0
   for ((turn = 0; ; ++turn)); do
-    sleep "0.$((1 + RANDOM % 4))"
+    sleep 0.05
     if ! kill -0 "$coordinator" 2>/dev/null; then
       wait "$coordinator" && break
       echo "run $run failed:"
@@ -76,15 +77,15 @@ for ((run = 1; run <= runs; ++run)); do
         unset "asleep[$k]"
       fi
     done
-    # An answer between two blows lets the run get on however slow the machine is.
+    # Paced by answers: the run gets on between two blows however slow the machine is, and is hit however fast it is.
     now=$(wc -l <"run-$run/rollouts.csv" 2>/dev/null || echo 0)
-    if ((now == answers)); then continue; fi
-    answers=$now
+    if ((now < answers + 4)); then continue; fi
+    answers=$now strikes=$((strikes + 1))
     k=$((RANDOM % 3))
-    if ((turn >= next_resume && resumed < 3)); then
+    if ((strikes > next_resume && resumed < 3)); then
       slay "$coordinator"
       start_coordinator --resume "run-$run"
-      resumed=$((resumed + 1)) next_resume=$((turn + 5 + RANDOM % 20))
+      resumed=$((resumed + 1)) next_resume=$((strikes + 2 + RANDOM % 5))
     elif ((RANDOM % 9 < 5)); then
       # By turns, so that even a short run sees both.
       if ((++blows % 2)); then
@@ -94,7 +95,7 @@ for ((run = 1; run <= runs; ++run)); do
         killed=$((killed + 1))
       elif [[ -z ${asleep[k]-} ]]; then
         kill -STOP "${workers[k]}"
-        asleep[k]=1 wake_at[k]=$((turn + 2 + RANDOM % 10))
+        asleep[k]=1 wake_at[k]=$((turn + 10 + RANDOM % 50))
         stopped=$((stopped + 1))
       fi
     fi

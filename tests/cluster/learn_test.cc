@@ -2,12 +2,11 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -19,10 +18,11 @@
 #include "lcmtypes/wire/channels.h"
 #include "lcmtypes/wire/codec.h"
 #include "lcmtypes/wire/lcm_transport.h"
-#include "lcmtypes/wire/multicast.h"
 #include "sim/geometry/mesh_io.h"
 #include "tests/cluster/child_process.h"
 #include "tests/cluster/run_files.h"
+#include "tests/support/own_lcm_url.h"
+#include "tests/support/wait_for.h"
 
 namespace knap {
 namespace {
@@ -57,10 +57,6 @@ std::vector<std::string> MakeArguments(const std::string& out, std::vector<std::
 std::vector<std::string> MakeSlowArguments(const std::string& out, std::vector<std::string> more) {
   more.insert(more.end(), {"rollout.step=2 ms", "learning.variations=12"});
   return MakeArguments(out, more);
-}
-
-double ReadClock() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
 bool IsIn(const fs::path& path, const std::string& what) { return ReadText(path).find(what) != std::string::npos; }
@@ -99,12 +95,25 @@ class LearnTest : public ::testing::Test {
 
   // Waits until the run has made so many evaluations; false when it ended before.
   bool WaitForEvaluations(ChildProcess* knap, const std::string& run, std::size_t count) {
-    const double end = ReadClock() + 30.0;
-    while (ReadClock() < end && !knap->HasEnded()) {
-      if (ReadCsv(folder_ / run / "metrics.csv")["loss"].size() >= count) return true;
-      usleep(10'000);
-    }
-    return false;
+    const auto is_there = [&] { return ReadCsv(folder_ / run / "metrics.csv")["loss"].size() >= count; };
+    return WaitFor([&] { return is_there() || knap->HasEnded(); }) && !knap->HasEnded();
+  }
+
+  // Kills workers as chosen from those that live, until `is_enough` or the run's end. `pace` new answers come between
+  // two blows, so that the run gets on however slowly this machine computes, and is hit however fast it does.
+  void KillWorkers(ChildProcess* knap, const std::string& run, std::size_t pace, const std::function<bool()>& is_enough,
+                   const std::function<std::vector<pid_t>(const std::vector<pid_t>&)>& choose) {
+    std::size_t answers = 0;
+    ASSERT_TRUE(WaitFor([&] {
+      if (knap->HasEnded() || is_enough()) return true;
+      const std::size_t now = ReadCsv(folder_ / run / "rollouts.csv")["id"].size();
+      if (now < answers + pace) return false;
+      const std::vector<pid_t> workers = knap->ListChildren();
+      if (workers.empty()) return false;
+      answers = now;
+      for (const pid_t worker : choose(workers)) kill(worker, SIGKILL);
+      return false;
+    }));
   }
 
   TemporaryFolder folder_;
@@ -122,19 +131,14 @@ TEST_F(LearnTest, SameBitsForAnyNumberOfWorkers) {
 
 TEST_F(LearnTest, KilledWorkersChangeNothing) {
   ChildProcess knap(KNAP_PROGRAM, MakeSlowArguments("stormy", {"--workers", "2"}), folder_ / "", "stormy_log");
-  int kills = 0;
-  std::size_t answers = 0;
-  for (; !knap.HasEnded(); usleep(5'000)) {
-    // Paced by answers, so that the run gets on however slowly this build computes and is hit however fast it does.
-    const std::size_t now = ReadCsv(folder_ / "stormy/rollouts.csv")["id"].size();
-    if (now < answers + 6) continue;
-    answers = now;
-    const std::vector<pid_t> workers = knap.ListChildren();
-    if (workers.empty()) continue;
-    kills += kill(workers[static_cast<std::size_t>(kills) % workers.size()], SIGKILL) == 0 ? 1 : 0;
-  }
+  std::size_t kills = 0;
+  const auto choose_by_turns = [&](const std::vector<pid_t>& workers) {
+    return std::vector<pid_t>{workers[kills++ % workers.size()]};
+  };
+  KillWorkers(
+      &knap, "stormy", 6, [] { return false; }, choose_by_turns);
   ASSERT_EQ(knap.Wait(), 0) << knap.ReadErr();
-  EXPECT_GE(kills, 3);
+  EXPECT_GE(kills, 3u);
   const std::string events = ReadText(folder_ / "stormy/events.jsonl");
   EXPECT_THAT(events, AllOf(HasSubstr("workers_lost"), HasSubstr("workers_restarted")));
   ExpectUndisturbedResult("stormy");
@@ -144,11 +148,10 @@ TEST_F(LearnTest, ResumesAfterKillToTheSameBits) {
   {
     ChildProcess knap(KNAP_PROGRAM, MakeSlowArguments("torn", {"--workers", "2"}), folder_ / "", "torn_log");
     ASSERT_TRUE(WaitForEvaluations(&knap, "torn", 2)) << knap.ReadErr();
-    // A worker dies with work in its hands, so that there is something to be remembered.
-    while (!knap.HasEnded() && !IsIn(folder_ / "torn/events.jsonl", "requests_reissued")) {
-      for (const pid_t worker : knap.ListChildren()) kill(worker, SIGKILL);
-      usleep(50'000);
-    }
+    // Workers die with work in their hands, so that there is something to be remembered.
+    KillWorkers(
+        &knap, "torn", 2, [&] { return IsIn(folder_ / "torn/events.jsonl", "requests_reissued"); },
+        [](const std::vector<pid_t>& workers) { return workers; });
     ASSERT_TRUE(WaitForEvaluations(&knap, "torn", 4)) << knap.ReadErr();
     knap.Signal(SIGKILL);
     ASSERT_EQ(knap.Wait(), -SIGKILL);
@@ -238,31 +241,27 @@ TEST_F(LearnTest, WritesTheWholeRunDirectory) {
   EXPECT_EQ(test["loss_mean"], result["test"]["learned"]["loss_mean"]);
 }
 
-// What lcm-spy shows: at least one status a second, from the first to the last state.
+// What lcm-spy shows, from the first to the last state; that it is told every second is DispatcherTest's.
 TEST_F(LearnTest, PublishesItsProgressOnLcm) {
   const RunKey key = RunKey::MakeRandom();
   key.WriteFile(folder_ / "key");
-  const std::string url = MakeFreeLcmUrl();
+  const std::string url = MakeOwnLcmUrl();
   const SteadyClock clock;
   LcmTransport transport(url, {std::string(kRunStatusChannel)}, &clock);
   ChildProcess knap(KNAP_PROGRAM, MakeSlowArguments("run", {"--lcm-url", url, "--key", "key"}), folder_ / "", "log");
   std::vector<run_status_t> heard;
-  std::vector<std::int64_t> arrivals_us;
-  bool ended = false;
-  while (!ended) {
-    ended = knap.HasEnded();  // before the last look
-    while (const auto message = transport.Receive(50'000)) {
-      RefusalCounters refused;
+  RefusalCounters refused;
+  ASSERT_TRUE(WaitFor([&] {
+    while (const auto message = transport.Receive(0)) {
       const auto status = Open<run_status_t>(message->bytes, key, &refused);
-      ASSERT_TRUE(status.has_value());
-      heard.push_back(*status);
-      arrivals_us.push_back(message->arrival_us);
+      if (status) heard.push_back(*status);
     }
-  }
+    return (!heard.empty() && heard.back().state == run_status_t::kDone) || (knap.HasEnded() && knap.Wait() != 0);
+  }));
   ASSERT_EQ(knap.Wait(), 0) << knap.ReadErr();
-  ASSERT_GE(heard.size(), 3u);
+  EXPECT_EQ(refused.total(), 0);
+  ASSERT_GE(heard.size(), 2u);
   for (std::size_t i = 1; i < heard.size(); ++i) {
-    EXPECT_LT(arrivals_us[i] - arrivals_us[i - 1], 1'000'000);
     EXPECT_GE(heard[i].progress, heard[i - 1].progress);
     EXPECT_GE(heard[i].state, heard[i - 1].state);
   }
@@ -356,6 +355,11 @@ TEST_F(LearnTest, BadUsageExitsWithTwo) {
       {"evaluate", kConfig, "--theta", "middle_width=44"},
       {"evaluate", kConfig, "--theta", "random:0"},
       {"evaluate", kConfig, "--engine", "bullet"},
+      {"evaluate", kConfig, "--variations", "1000000", "--theta", "random:100000"},
+      {"evaluate", kConfig, "--variations", "4294967297"},
+      {"rollout", kConfig, "rollout.horizon=17179869.584 s"},
+      {"landscape", kConfig, "--x", "left_depth", "--y", "right_depth", "--grid", "1000", "--variations", "1000"},
+      {"landscape", kConfig, "--x", "left_depth", "--y", "right_depth", "--grid", "4294967298"},
       {"landscape", kConfig, "--x", "left_depth"},
       {"landscape", kConfig, "--x", "left_depth", "--y", "left_depth"},
       {"landscape", kConfig, "--x", "left_depth", "--y", "depth"},
@@ -384,9 +388,7 @@ TEST_F(LearnTest, DryRunTouchesNothing) {
 }
 
 TEST_F(LearnTest, NoWorkersExitsWithFour) {
-  const Ended ended =
-      Run(MakeArguments("lonely", {"--external", "--wait", "0.5", "--lcm-url",
-                                   fmt::format("udpm://239.255.76.67:{}?ttl=0", 20000 + getpid() % 12000)}));
+  const Ended ended = Run(MakeArguments("lonely", {"--external", "--wait", "0.5", "--lcm-url", MakeOwnLcmUrl()}));
   EXPECT_EQ(ended.code, 4);
   EXPECT_THAT(ended.err, HasSubstr("no worker"));
 }

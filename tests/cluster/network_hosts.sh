@@ -59,7 +59,8 @@ for host in 1 2; do
   workers+=($!)
 done
 on_host 0 "$knap" learn "$config" "${overrides[@]}" --out reference --workers 1 --quiet
-on_host 0 "$knap" learn "$config" "${overrides[@]}" --out hosts --external --lcm-url "$far" --key key --quiet
+on_host 0 "$knap" learn "$config" "${overrides[@]}" --out hosts --external --lcm-url "$far" --key key --quiet \
+  --wait 600
 
 # theta.learned is the one list in result.json with this name.
 read_theta() { sed -n '/"learned": \[/,/\]/p' "$1/result.json"; }
@@ -76,8 +77,7 @@ for host in 1 2; do
   ((count > 0))
 done
 
-kill "${workers[@]}"
-wait "${workers[@]}"
+for worker in "${workers[@]}"; do wait "$worker"; done  # the run has told them to stop
 enter_host 1 "$knap_worker" --lcm-url "$near" --key key --name kept-in &
 code=0
 on_host 0 "$knap" learn "$config" "${overrides[@]}" --out alone --external --lcm-url "$far" --key key --quiet \

@@ -11,8 +11,11 @@
 #include <vector>
 
 #include "coordinator/run_directory/temporary_folder.h"
-#include "lcmtypes/wire/multicast.h"
+#include "lcmtypes/wire/channels.h"
+#include "lcmtypes/wire/lcm_transport.h"
 #include "tests/cluster/child_process.h"
+#include "tests/support/own_lcm_url.h"
+#include "tests/support/wait_for.h"
 
 namespace knap {
 namespace {
@@ -130,9 +133,14 @@ TEST_F(ResumeTest, AnotherBuildIsNotContinued) {
 }
 
 TEST_F(ResumeTest, WorkersOfAnotherBuildGetNoWork) {
-  const std::string url = MakeFreeLcmUrl();
+  const std::string url = MakeOwnLcmUrl();
+  const SteadyClock clock;
+  LcmTransport listener(url, {std::string(kWorkerStatusChannel)}, &clock);
   ChildProcess worker(MakeOtherBuild() + "/knap-worker", {"--lcm-url", url, "--name", "stale"}, folder_ / "", "worker");
-  const Ended ended = Learn({"--external", "--wait", "1.5", "--lcm-url", url});
+  // From its first word on it speaks four times a second; within --wait one of them will be heard.
+  ASSERT_TRUE(WaitFor([&] { return listener.Receive(0).has_value() || worker.HasEnded(); }));
+  ASSERT_FALSE(worker.HasEnded()) << worker.ReadErr();
+  const Ended ended = Learn({"--external", "--wait", "10", "--lcm-url", url});
   EXPECT_EQ(ended.code, 4);
   EXPECT_THAT(ended.err, AllOf(HasSubstr("refused worker stale on "), HasSubstr("build")));
 }

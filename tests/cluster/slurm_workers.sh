@@ -73,7 +73,7 @@ wait_until() {
   done
 }
 
-port=$((20000 + $$ % 10000))
+port=$((20000 + RANDOM % 12000))
 user=$(id -un) host=$(hostname -s)
 mkdir state
 (umask 077 && head -c 1024 /dev/urandom >munge.key && head -c 32 /dev/urandom >key)
@@ -106,7 +106,7 @@ export SLURM_CONF=$folder/slurm.conf
 munged --foreground --force --socket "$folder/munge.socket" --key-file "$folder/munge.key" \
   --log-file "$folder/munged.log" --pid-file "$folder/munged.pid" --seed-file "$folder/munge.seed" 2>munged.out &
 children+=($!)
-wait_until 10 munged test -S munge.socket
+wait_until 600 munged test -S munge.socket
 slurmctld -D >slurmctld.out 2>&1 &
 children+=($!)
 for node in n1 n2 n3; do
@@ -114,7 +114,7 @@ for node in n1 n2 n3; do
   children+=($!)
 done
 all_idle() { [[ $(sinfo --noheader --Node --states=idle | wc -l) == 3 ]]; }
-wait_until 30 "three idle nodes" all_idle
+wait_until 600 "three idle nodes" all_idle
 
 "$knap_relay" --port $((port + 4)) &
 children+=($!)
@@ -125,10 +125,10 @@ job=$(sbatch --parsable --array=0-2 "$job_script" "$url" key)
 overrides=("rollout.horizon=2 s" "rollout.step=2 ms" learning.variations=8 learning.batch=4
   learning.max_evaluations=4 evaluation.variations=6)
 "$knap" learn "$config" "${overrides[@]}" --out reference --workers 1 --quiet
-"$knap" learn "$config" "${overrides[@]}" --out slurm --external --lcm-url "$url" --key key --quiet --wait 30 &
+"$knap" learn "$config" "${overrides[@]}" --out slurm --external --lcm-url "$url" --key key --quiet --wait 600 &
 learning=$!
 children+=("$learning")
-wait_until 60 "an answer of the array's task 1" grep -q ",slurm-$job-1," slurm/rollouts.csv
+wait_until 600 "an answer of the array's task 1" grep -q ",slurm-$job-1," slurm/rollouts.csv
 scontrol requeue "${job}_1"
 wait "$learning"
 scontrol show job "${job}_1" | grep -o 'Restarts=[0-9]*' | grep -qx Restarts=1

@@ -32,8 +32,8 @@ for program in Xvfb openbox xdotool import; do
   fi
 done
 
-# A port of its own keeps other LCM programs of this machine out of the picture.
-export LCM_DEFAULT_URL="udpm://239.255.76.67:$((20000 + $$ % 10000))?ttl=0"
+# A group and a port of its own keep other LCM programs of this machine out of the picture.
+export LCM_DEFAULT_URL="udpm://239.255.$((RANDOM % 256)).$((RANDOM % 256)):$((20000 + RANDOM % 12000))?ttl=0"
 log=$(mktemp -d)
 started=()
 stop_started() {

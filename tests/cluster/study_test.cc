@@ -1,9 +1,7 @@
 // knap study from outside: its runs are those of knap learn, and it survives being killed.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <chrono>
 #include <csignal>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -12,6 +10,7 @@
 #include "coordinator/run_directory/temporary_folder.h"
 #include "tests/cluster/child_process.h"
 #include "tests/cluster/run_files.h"
+#include "tests/support/wait_for.h"
 
 namespace knap {
 namespace {
@@ -75,11 +74,8 @@ TEST_F(StudyTest, RunsAreThoseOfLearnAndSurviveAKill) {
   // Killed in the middle, and continued.
   {
     ChildProcess knap(KNAP_PROGRAM, MakeArguments("study", "killed", which), folder_ / "", "killed_log");
-    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-    while (!knap.HasEnded() && std::chrono::steady_clock::now() < end &&
-           ReadCsv(folder_ / "killed/ours-5/metrics.csv")["loss"].size() < 3) {
-      usleep(10'000);
-    }
+    ASSERT_TRUE(
+        WaitFor([&] { return knap.HasEnded() || ReadCsv(folder_ / "killed/ours-5/metrics.csv")["loss"].size() >= 3; }));
     ASSERT_FALSE(knap.HasEnded()) << knap.ReadErr();
     knap.Signal(SIGKILL);
     knap.Wait();

@@ -9,6 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "coordinator/run_directory/temporary_folder.h"
+#include "tests/coordinator/simulated_cluster.h"
+
 namespace knap {
 namespace {
 
@@ -58,6 +61,47 @@ TEST(AnswerJournalTest, CutRecordsAreRefused) {
   for (std::size_t size = 1; size < bytes.size(); ++size) {
     EXPECT_THROW(DecodeAnswers(bytes.substr(0, size)), std::runtime_error) << size;
   }
+}
+
+// More than the dispatcher's memory holds, and all of them known without a single worker.
+TEST(AnswerJournalTest, NothingInAJournalIsAskedForAgain) {
+  SimulatedCluster cluster(9);
+  const std::size_t count = SimulatedCluster::MakeOptions().max_answers + 1000;
+  std::vector<RolloutQuery> queries(count);
+  std::vector<JournaledAnswer> answers(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    queries[i].theta = {0.25 * static_cast<double>(i), 0.0, 0.0, 0.0};
+    answers[i].id = cluster.dispatcher->CalcId(queries[i]);
+    answers[i].outcome.loss = static_cast<double>(i);
+  }
+  const TemporaryFolder folder;
+  Journal journal = Journal::Create(folder / "journal", {});
+  JournaledService service(cluster.dispatcher.get(), &journal, {EncodeAnswers(answers)});
+  EXPECT_EQ(service.from_journal(), static_cast<std::int64_t>(count));
+  std::vector<RolloutOutcome> outcomes = service.Evaluate(queries);  // throws NoWorkers if it asks
+  ASSERT_EQ(outcomes.size(), count);
+  for (std::size_t i = 0; i < count; ++i) ASSERT_EQ(outcomes[i].loss, static_cast<double>(i));
+  EXPECT_EQ(service.answered(), static_cast<std::int64_t>(count));
+}
+
+// Known and unknown queries in one call: each answer at its place, and only the unknown ones go to the cluster.
+TEST(AnswerJournalTest, KnownAndNewAnswersComeInTheOrderOfTheQueries) {
+  SimulatedCluster cluster(10);
+  cluster.StartWorker("a", 20'000);
+  const std::vector<RolloutQuery> queries = SimulatedCluster::MakeQueries(6);
+  JournaledAnswer known;
+  known.id = cluster.dispatcher->CalcId(queries[3]);
+  known.outcome.loss = 42.0;
+  const TemporaryFolder folder;
+  Journal journal = Journal::Create(folder / "journal", {});
+  JournaledService service(cluster.dispatcher.get(), &journal, {EncodeAnswers({&known, 1})});
+  const std::vector<RolloutOutcome> outcomes = service.Evaluate(queries);
+  const std::vector<EngineAnswer> expected = cluster.CalcExpected(queries);
+  for (std::size_t i = 0; i < queries.size(); ++i) EXPECT_EQ(outcomes[i].loss, i == 3 ? 42.0 : expected[i].loss) << i;
+  EXPECT_EQ(cluster.dispatcher->counters().computed, 5);
+  std::size_t journaled = 0;
+  for (const std::string& payload : Journal::Read(folder / "journal")) journaled += DecodeAnswers(payload).size();
+  EXPECT_EQ(journaled, 5u);
 }
 
 }  // namespace

@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <vector>
 
 namespace knap {
 namespace {
@@ -47,18 +49,60 @@ TEST(EvaluationTest, SummaryCountsAndAverages) {
   EXPECT_EQ(summary.not_converged, 0);
 }
 
-TEST(EvaluationTest, DistrustNeverLooksLikeSuccess) {
-  const double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// The losses count as 1, 3, 3, 2.
+TEST(EvaluationTest, FailedRolloutsCountAsTheWorst) {
   const std::vector<RolloutOutcome> outcomes = {MakeOutcome(1, true), MakeOutcome(3, true, false),
-                                                MakeOutcome(nan, true), MakeOutcome(2, false)};
+                                                MakeOutcome(kNaN, true), MakeOutcome(2, false)};
   const TestSummary summary = SummarizeTest(outcomes, 0);
   EXPECT_EQ(summary.not_converged, 1);
   EXPECT_EQ(summary.not_finite, 1);
   EXPECT_DOUBLE_EQ(summary.success_rate, 0.25);
-  EXPECT_DOUBLE_EQ(summary.loss_mean, 2.0);
+  EXPECT_DOUBLE_EQ(summary.loss_mean, 2.25);
+  EXPECT_NEAR(summary.loss_std, std::sqrt(2.75 / 3.0), 1e-15);
+  EXPECT_NEAR(summary.loss_interval.upper - 2.25, 1.959964 * std::sqrt(2.75 / 12.0), 1e-6);
   EXPECT_DOUBLE_EQ(summary.worst_decile_loss, 3.0);
-  const std::vector<RolloutOutcome> hopeless = {MakeOutcome(nan, false)};
-  EXPECT_THROW(SummarizeTest(hopeless, 0), std::runtime_error);
+}
+
+// A rollout that did not converge and says that its loss is small.
+TEST(EvaluationTest, ASmallLossOfAFailedRolloutIsNotBelieved) {
+  const std::vector<RolloutOutcome> outcomes = {MakeOutcome(5, true), MakeOutcome(0, true, false)};
+  EXPECT_DOUBLE_EQ(SummarizeTest(outcomes, 0).loss_mean, 5.0);
+}
+
+// Whatever fails beside the worst, and however many, no figure of a design improves.
+TEST(EvaluationTest, FailingNeverMakesADesignLookBetter) {
+  std::vector<RolloutOutcome> sound;
+  for (int i = 0; i < 30; ++i) sound.push_back(MakeOutcome((i * 7) % 30, i % 2 == 0));
+  const TestSummary before = SummarizeTest(sound, 0);
+  for (std::size_t first = 0; first < sound.size(); ++first) {
+    std::vector<RolloutOutcome> outcomes = sound;
+    for (std::size_t i = first; i < std::min(first + 4, sound.size()); ++i) {
+      if (sound[i].loss < 29.0) outcomes[i] = MakeOutcome(kNaN, true, false);
+    }
+    const TestSummary after = SummarizeTest(outcomes, 0);
+    EXPECT_GE(after.loss_mean, before.loss_mean);
+    EXPECT_GE(after.worst_decile_loss, before.worst_decile_loss);
+    EXPECT_LE(after.success_rate, before.success_rate);
+  }
+}
+
+TEST(EvaluationTest, WithoutAFiniteLossADesignIsInfinitelyBad) {
+  const std::vector<RolloutOutcome> hopeless = {MakeOutcome(kNaN, false), MakeOutcome(kNaN, true)};
+  const TestSummary summary = SummarizeTest(hopeless, 0);
+  EXPECT_EQ(summary.loss_mean, kInfinity);
+  EXPECT_EQ(summary.loss_std, kInfinity);
+  EXPECT_EQ(summary.worst_decile_loss, kInfinity);
+  EXPECT_EQ(summary.loss_interval.lower, kInfinity);
+  EXPECT_EQ(summary.success_rate, 0.0);
+  EXPECT_EQ(summary.not_finite, 2);
+  const std::vector<TestSummary> seeds = {summary, SummarizeTest(std::vector{MakeOutcome(1, true)}, 0)};
+  const SeedSpread spread = SummarizeSeeds(seeds);
+  EXPECT_EQ(spread.loss_mean.mean, kInfinity);
+  EXPECT_EQ(spread.loss_mean.standard_deviation, kInfinity);
+  EXPECT_DOUBLE_EQ(spread.success_rate.mean, 0.5);
 }
 
 // Answers loss = variation[0]; success when it is below 0.5; remembers what it was asked.

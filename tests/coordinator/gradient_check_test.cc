@@ -80,6 +80,38 @@ TEST_F(GradientCheck, ExactGradientsPass) {
   }
 }
 
+// Verdicts come while others are still open: those of the first window before the one that needs the whole ladder.
+TEST_F(GradientCheck, TellsEachVerdictAsItComes) {
+  const std::vector<double> theta = FindTheta(Check(), 0);
+  std::vector<std::string> told;
+  int calls_at_last_but_one = 0;
+  service_.spoil = [&](const RolloutQuery& query, RolloutOutcome& outcome) {
+    if (query.gradient && query.theta == theta) outcome.gradient[1] += 1.0;
+  };
+  service_.calls = 0;
+  const GradientCheckReport report =
+      CheckGradients(problem_, options_, service_, {.on_round = {}, .on_verdict = [&](const CheckedRollout& rollout) {
+                                                      told.push_back(FormatVerdict(rollout));
+                                                      if (told.size() == 19) calls_at_last_but_one = service_.calls;
+                                                    }});
+  ASSERT_EQ(told.size(), 20u);
+  EXPECT_THAT(told.front(), HasSubstr("draw 1: agreed, relative error "));
+  EXPECT_THAT(told.back(), HasSubstr("draw 0: disagreed, relative error "));
+  EXPECT_LT(calls_at_last_but_one, service_.calls);
+  EXPECT_EQ(report.disagreed, 1);
+}
+
+// A hundred rollouts are many rounds, and those of the first are told before the last one is asked.
+TEST_F(GradientCheck, TellsVerdictsBeforeAllIsAsked) {
+  options_.rollouts = 100;
+  std::vector<int> calls;  // when each verdict was told
+  CheckGradients(problem_, options_, service_,
+                 {.on_round = {}, .on_verdict = [&](const CheckedRollout&) { calls.push_back(service_.calls); }});
+  ASSERT_EQ(calls.size(), 100u);
+  EXPECT_EQ(calls.front(), 2);  // the draws, and the first round of differences
+  EXPECT_GE(calls.back(), 5);   // 1,200 differences
+}
+
 TEST_F(GradientCheck, IsReproducible) {
   const GradientCheckReport first = Check(), second = Check();
   EXPECT_EQ(MakeGradientCheckJson(first, problem_, options_), MakeGradientCheckJson(second, problem_, options_));

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <csignal>
 #include <fstream>
 #include <stdexcept>
@@ -11,6 +12,7 @@
 
 #include "coordinator/run_directory/crc32c.h"
 #include "coordinator/run_directory/durable_file.h"
+#include "coordinator/run_directory/journal_repair.h"
 #include "coordinator/run_directory/temporary_folder.h"
 
 namespace knap {
@@ -208,6 +210,86 @@ TEST(JournalTest, AFailedWriteStopsTheJournalAndLeavesATornTail) {
   const Journal::Opened opened = Journal::Open(folder / "journal", kIdentity);
   EXPECT_EQ(opened.payloads, kPayloads);
   EXPECT_EQ(opened.torn_bytes, 20u);
+}
+
+std::vector<std::string> OpenPayloads(const std::filesystem::path& path) {
+  return Journal::Open(path, kIdentity).payloads;
+}
+
+// Whatever is damaged: all records that are whole are kept, what is no record is found beside the journal, and the
+// journal can be opened again.
+TEST(JournalRepairTest, KeepsEveryWholeRecordWhereverAByteIsFlipped) {
+  const TemporaryFolder folder;
+  std::vector<std::size_t> ends;
+  const std::string bytes = MakeJournalBytes(folder / "whole", &ends);
+  for (std::size_t at = 0; at < bytes.size(); ++at) {
+    SCOPED_TRACE(at);
+    const std::filesystem::path path = folder / std::to_string(at);
+    std::string flipped = bytes;
+    flipped[at] = static_cast<char>(flipped[at] ^ 0x10);
+    WriteBytes(path, flipped);
+    const auto hit = static_cast<std::size_t>(std::distance(
+        ends.begin(), std::find_if(ends.begin(), ends.end(), [at](std::size_t end) { return at < end; })));
+    std::vector<std::string> kept = kPayloads;
+    if (hit > 0) kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(hit) - 1);
+    const std::size_t begin = hit == 0 ? 0 : ends[hit - 1];
+
+    const JournalRepair repair = RepairJournal(path, kIdentity);
+    ASSERT_TRUE(repair.changed);
+    ASSERT_EQ(repair.header_lost, hit == 0);
+    ASSERT_EQ(repair.payloads, kept);
+    ASSERT_EQ(repair.damaged.size(), 1u);
+    ASSERT_EQ(repair.damaged[0].offset, begin);
+    ASSERT_EQ(repair.damaged[0].bytes, ends[hit] - begin);
+    ASSERT_EQ(ReadFile(repair.set_aside), flipped.substr(begin, ends[hit] - begin));
+    const bool seen = hit > 0 && hit < kPayloads.size();  // that the last one is missing, nobody can know
+    ASSERT_EQ(repair.missing, seen ? std::vector<std::uint64_t>{hit} : std::vector<std::uint64_t>{});
+    ASSERT_EQ(OpenPayloads(path), kept);
+  }
+}
+
+TEST(JournalRepairTest, RecordsLostSwappedOrCutOffAreNoObstacle) {
+  const TemporaryFolder folder;
+  std::vector<std::size_t> ends;
+  const std::string bytes = MakeJournalBytes(folder / "whole", &ends);
+  const auto record = [&](std::size_t k) { return bytes.substr(ends[k - 1], ends[k] - ends[k - 1]); };
+  const std::string header = bytes.substr(0, ends[0]);
+
+  WriteBytes(folder / "lost", header + record(1) + record(4));
+  const JournalRepair lost = RepairJournal(folder / "lost", kIdentity);
+  EXPECT_EQ(lost.missing, (std::vector<std::uint64_t>{2, 3}));
+  EXPECT_TRUE(lost.set_aside.empty());
+  EXPECT_EQ(OpenPayloads(folder / "lost"), (std::vector<std::string>{kPayloads[0], kPayloads[3]}));
+
+  WriteBytes(folder / "swapped", header + record(2) + record(1));
+  EXPECT_TRUE(RepairJournal(folder / "swapped", kIdentity).missing.empty());
+  EXPECT_EQ(OpenPayloads(folder / "swapped"), (std::vector<std::string>{kPayloads[1], kPayloads[0]}));
+
+  WriteBytes(folder / "torn", header + record(1) + record(4).substr(0, 20));
+  EXPECT_EQ(ReadFile(RepairJournal(folder / "torn", kIdentity).set_aside), record(4).substr(0, 20));
+  EXPECT_EQ(OpenPayloads(folder / "torn"), std::vector<std::string>{kPayloads[0]});
+}
+
+TEST(JournalRepairTest, AWholeJournalStaysAsItIsAndADamagedOneIsSetAsideEachTime) {
+  const TemporaryFolder folder;
+  const std::string bytes = MakeJournalBytes(folder / "journal");
+  EXPECT_FALSE(RepairJournal(folder / "journal", kIdentity).changed);
+  EXPECT_EQ(ReadFile(folder / "journal"), bytes);
+  for (const std::string name : {"journal.damaged", "journal.damaged-2"}) {
+    WriteBytes(folder / "journal", bytes + name);
+    EXPECT_EQ(RepairJournal(folder / "journal", kIdentity).set_aside, folder / name);
+    EXPECT_EQ(ReadFile(folder / name), name);
+  }
+  const Journal::Opened holder = Journal::Open(folder / "journal", kIdentity);
+  EXPECT_THROW(RepairJournal(folder / "journal", kIdentity), std::runtime_error);
+}
+
+TEST(JournalTest, ARefusalNamesTheWayOn) {
+  const TemporaryFolder folder;
+  std::string bytes = MakeJournalBytes(folder / "journal");
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+  WriteBytes(folder / "journal", bytes);
+  EXPECT_THAT(GetError(folder / "journal"), HasSubstr("knap repair " + folder.path().string()));
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <sstream>
@@ -57,7 +58,9 @@ TEST(LandscapeTest, CellsAreMeansOverTheVariations) {
 TEST(LandscapeTest, DistrustIsCountedAndNeverFlatters) {
   QuadraticService service = MakeService();
   int asked = 0;
+  std::vector<double> losses;
   service.spoil = [&](const RolloutQuery&, RolloutOutcome& outcome) {
+    losses.push_back(outcome.loss);
     outcome.success = true;
     outcome.certificate.subdivided_steps = 2;
     const int k = asked++;
@@ -65,10 +68,11 @@ TEST(LandscapeTest, DistrustIsCountedAndNeverFlatters) {
     if (k == 4) outcome.certificate.converged = false;
   };
   const Landscape landscape = EvaluateLandscape(MakePlan(), service);
-  EXPECT_TRUE(std::isfinite(landscape.cells[0].loss));
+  EXPECT_EQ(landscape.cells[0].loss, losses[1]);
   EXPECT_EQ(landscape.cells[0].not_finite, 1);
   EXPECT_EQ(landscape.cells[0].success_rate, 0.5);
-  EXPECT_TRUE(std::isnan(landscape.cells[1].loss));
+  EXPECT_EQ(landscape.cells[1].loss, std::numeric_limits<double>::infinity());
+  EXPECT_DOUBLE_EQ(landscape.cells[2].loss, 0.5 * (losses[5] + std::max(losses[4], losses[5])));
   EXPECT_EQ(landscape.cells[1].not_finite, 2);
   EXPECT_EQ(landscape.cells[2].not_converged, 1);
   EXPECT_EQ(landscape.cells[2].success_rate, 0.5);

@@ -71,6 +71,8 @@ TEST(ProgressTest, LineShowsEverything) {
             "1:10 pushing ours  32%  ETA 2:25  batch 7/20  evaluation 10  loss 0.01235  best 0.011  workers 2/2  "
             "rollouts 812  retries 0");
   ProgressState state = MakeState();
+  state.loss_unit = " mm²";
+  EXPECT_THAT(FormatProgressLine(state), HasSubstr("  loss 0.01235 mm²  best 0.011 mm²  "));
   state.loss.reset();
   EXPECT_THAT(FormatProgressLine(state), HasSubstr("  loss -  "));
   state.phase = ProgressPhase::kTesting;
@@ -110,8 +112,8 @@ TEST(ProgressTest, ColourChangesNothingButEscapes) {
 }
 
 TEST(ProgressTest, PlainLinesAreRareButMarkBatches) {
-  std::ostringstream out;
-  ProgressReporter reporter(out, {});
+  std::string text;
+  ProgressReporter reporter([&text](std::string_view more) { text += more; }, {});
   ProgressState state = MakeState();
   int calls = 0;
   // 60 s at 20 calls a second, a new batch every 7 s.
@@ -121,7 +123,6 @@ TEST(ProgressTest, PlainLinesAreRareButMarkBatches) {
   }
   reporter.Clear();
   reporter.Finish(state);
-  const std::string text = out.str();
   const auto lines = std::count(text.begin(), text.end(), '\n');
   EXPECT_GE(lines, 60 / 5);
   EXPECT_LE(lines, 60 / 5 + 9 + 2);
@@ -132,43 +133,43 @@ TEST(ProgressTest, PlainLinesAreRareButMarkBatches) {
 }
 
 TEST(ProgressTest, QuickBatchesDoNotFloodALog) {
-  std::ostringstream out;
-  ProgressReporter reporter(out, {});
+  std::string text;
+  ProgressReporter reporter([&text](std::string_view more) { text += more; }, {});
   ProgressState state = MakeState();
   for (int i = 0; i < 100; ++i) {  // a hundred batches in one second
     state.elapsed_s = 0.01 * i;
     state.batch = i;
     reporter.Update(state);
   }
-  const std::string text = out.str();
   EXPECT_LE(std::count(text.begin(), text.end(), '\n'), 2);
 }
 
 TEST(ProgressTest, TerminalBarIsRedrawnInPlaceAndEndedOnce) {
-  std::ostringstream out;
-  ProgressReporter reporter(out, {.is_terminal = true, .colour = false, .width = 80});
+  std::string text;
+  ProgressReporter reporter([&text](std::string_view more) { text += more; },
+                            {.is_terminal = true, .colour = false, .width = 80});
   ProgressState state = MakeState();
   for (state.elapsed_s = 0.0; state.elapsed_s < 1.0; state.elapsed_s += 0.01) reporter.Update(state);
-  const std::string running = out.str();
+  const std::string running = text;
   EXPECT_EQ(std::count(running.begin(), running.end(), '\n'), 0);
   EXPECT_LE(std::count(running.begin(), running.end(), '\r'), 11);
   EXPECT_GE(std::count(running.begin(), running.end(), '\r'), 9);
   reporter.Clear();
-  EXPECT_EQ(out.str().substr(running.size()), "\r\x1b[K");
+  EXPECT_EQ(text.substr(running.size()), "\r\x1b[K");
   reporter.Finish(state);
-  EXPECT_EQ(out.str().back(), '\n');
+  EXPECT_EQ(text.back(), '\n');
 }
 
 TEST(ProgressTest, ANewPhaseIsShownAtOnce) {
-  std::ostringstream out;
-  ProgressReporter reporter(out, {});
+  std::string text;
+  ProgressReporter reporter([&text](std::string_view more) { text += more; }, {});
   ProgressState state = MakeState();
   reporter.Update(state);
   state.phase = ProgressPhase::kTesting;
   state.elapsed_s = 0.0;
   state.tests = 400;
   reporter.Update(state);
-  EXPECT_THAT(out.str(), HasSubstr("tested 0/400"));
+  EXPECT_THAT(text, HasSubstr("tested 0/400"));
 }
 
 // On a real pseudo-terminal: what isatty and the environment say decides.

@@ -60,12 +60,35 @@ TEST(RunDirectoryTest, NamedRunsGetTheirTimeAndTheLinkLatest) {
   EXPECT_EQ(MakeRunName("pushing", kStarted), "pushing-20250131T235959Z");
   const RunDirectory first = RunDirectory::CreateNamed(folder / "runs", "pushing", kStarted);
   EXPECT_EQ(first.path().filename(), "pushing-20250131T235959Z");
+  EXPECT_EQ(first.LinkLatest(), std::nullopt);
   EXPECT_TRUE(fs::equivalent(folder / "runs/latest", first.path()));
   const RunDirectory second = RunDirectory::CreateNamed(folder / "runs", "pushing", kStarted);
   EXPECT_EQ(second.path().filename(), "pushing-20250131T235959Z-2");
+  EXPECT_EQ(second.LinkLatest(), std::nullopt);
   EXPECT_TRUE(fs::equivalent(folder / "runs/latest", second.path()));
   EXPECT_TRUE(fs::read_symlink(folder / "runs/latest").is_relative());  // runs/ can be moved
   EXPECT_EQ(std::distance(fs::directory_iterator(folder / "runs"), fs::directory_iterator()), 3);
+}
+
+// What somebody put there stays, and nothing of the attempt does.
+TEST(RunDirectoryTest, WhatIsNoLinkIsNotReplacedByOne) {
+  for (const bool is_folder : {true, false}) {
+    const TemporaryFolder folder;
+    const RunDirectory run = RunDirectory::CreateNamed(folder / "runs", "pushing", kStarted);
+    if (is_folder) fs::create_directories(folder / "runs/latest");
+    if (!is_folder) std::ofstream(folder / "runs/latest") << "mine";
+    EXPECT_THAT(run.LinkLatest().value_or(""), HasSubstr("runs/latest"));
+    EXPECT_EQ(fs::is_directory(folder / "runs/latest"), is_folder);
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder / "runs"), fs::directory_iterator()), 2);
+  }
+}
+
+TEST(RunDirectoryTest, ARemovedRunLeavesNoTrace) {
+  const TemporaryFolder folder;
+  const RunDirectory run = RunDirectory::Create(folder / "run");
+  run.WriteConfig("scenario: pushing\n");
+  run.Remove();
+  EXPECT_FALSE(fs::exists(folder / "run"));
 }
 
 TEST(RunDirectoryTest, NeverTakesAFolderThatHoldsSomething) {
@@ -79,14 +102,27 @@ TEST(RunDirectoryTest, NeverTakesAFolderThatHoldsSomething) {
   EXPECT_THROW(RunDirectory::Open(folder / "a"), std::runtime_error);
 }
 
+// Killed before the folder was a run, it does not stand in the way of the next try.
+TEST(RunDirectoryTest, TakesTheBeginningThatACrashCutOff) {
+  const TemporaryFolder folder;
+  const RunDirectory run = RunDirectory::Create(folder / "run");
+  run.WriteRunInfo({});
+  EXPECT_NO_THROW(RunDirectory::Create(folder / "run"));
+  run.WriteConfig("scenario: pushing\n");
+  EXPECT_THROW(RunDirectory::Create(folder / "run"), std::runtime_error);
+}
+
 TEST(RunDirectoryTest, RunInfoIsWritten) {
   const TemporaryFolder folder;
   const RunDirectory run = RunDirectory::Create(folder / "run");
-  run.WriteRunInfo({"0.1.0", "abc", "pushing", "ours", 3, "host", "00ff", kStarted});
+  run.WriteRunInfo({"0.1.0", "abc", "pushing", "ours", 3, "host", "00ff", kStarted, {{"b", "1"}, {"a: of it", "2"}}});
   const Json json = Json::parse(ReadFile(run.path() / "run.json"));
   EXPECT_EQ(json["seed"], 3);
   EXPECT_EQ(json["started_utc"], "2025-01-31T23:59:59Z");
   EXPECT_EQ(json["config_hash"], "00ff");
+  EXPECT_EQ(run.ReadIdentity(), (RunIdentity{{"b", "1"}, {"a: of it", "2"}}));
+  WriteFileAtomically(run.info_path(), "{}");
+  EXPECT_THROW(run.ReadIdentity(), std::runtime_error);
 }
 
 TEST(RunDirectoryTest, ResultHasTheSchemaOfTheDesign) {
@@ -114,6 +150,27 @@ TEST(RunDirectoryTest, ResultHasTheSchemaOfTheDesign) {
   EXPECT_EQ(evaluation["learned"]["loss_mean"], 0.1);
   EXPECT_EQ(evaluation["initial"]["not_converged"], 0);
   EXPECT_EQ(std::distance(fs::directory_iterator(run.path()), fs::directory_iterator()), 2);  // nothing temporary
+}
+
+TEST(RunDirectoryTest, WhatNobodyTestsAndWhatHasNoFiniteLossIsNull) {
+  const TemporaryFolder folder;
+  const RunDirectory run = RunDirectory::Create(folder / "run");
+  ResultDocument document = MakeDocument();
+  document.has_success = false;
+  const double infinity = std::numeric_limits<double>::infinity();
+  document.test_initial.loss_mean = document.test_initial.loss_std = infinity;
+  document.test_initial.worst_decile_loss = infinity;
+  document.test_initial.loss_interval = {infinity, infinity};
+  run.WriteResult(document);
+  const Json result = Json::parse(ReadFile(run.result_path()));
+  for (const char* design : {"initial", "learned"}) EXPECT_TRUE(result["test"][design]["success_rate"].is_null());
+  EXPECT_TRUE(result["test"]["initial"]["loss_mean"].is_null());
+  EXPECT_EQ(result["test"]["learned"]["loss_mean"], 0.1);
+  const Json evaluation = Json::parse(ReadFile(run.evaluation_path()));
+  for (const char* figure : {"loss_mean", "loss_std", "loss_mean_95", "worst_decile_loss", "success_rate_95"}) {
+    EXPECT_TRUE(evaluation["initial"][figure].is_null()) << figure;
+  }
+  EXPECT_FALSE(evaluation["learned"]["loss_mean_95"].is_null());
 }
 
 TEST(RunDirectoryTest, NumbersThatJsonCannotHoldAreAnError) {

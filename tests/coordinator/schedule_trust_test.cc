@@ -77,8 +77,12 @@ TEST(ScheduleTrustTest, AHopelessVariationLeavesItsBatchAndIsCounted) {
   const Problem problem = MakeProblem();
   const std::vector<double> hopeless = SampleVariation(problem.variations, 0, RandomStream::kTrainingVariations, 2);
   QuadraticService service(kWeights, kOptimum);
+  std::vector<double> trusted;  // losses of the first batch at its start
   service.spoil = [&](const RolloutQuery& query, RolloutOutcome& outcome) {
-    if (query.variation != hopeless) return;
+    if (query.variation != hopeless) {
+      if (trusted.size() < 4) trusted.push_back(outcome.loss);
+      return;
+    }
     outcome.certificate.converged = false;
     outcome.loss = 1e6;  // must not be used
   };
@@ -88,6 +92,10 @@ TEST(ScheduleTrustTest, AHopelessVariationLeavesItsBatchAndIsCounted) {
   EXPECT_EQ(recorder.evaluations[0].value.untrusted, 1);
   EXPECT_EQ(recorder.evaluations[0].value.rollouts, 5);
   EXPECT_EQ(recorder.evaluations[1].value.rollouts, 4);
+  // The one that failed counts as the worst of the others.
+  const double worst = *std::max_element(trusted.begin(), trusted.end());
+  EXPECT_NEAR(recorder.evaluations[0].value.loss, (trusted[0] + trusted[1] + trusted[2] + trusted[3] + worst) / 5.0,
+              1e-14);
   EXPECT_EQ(result.rejected, 0);
   EXPECT_EQ(result.untrusted, result.excluded);  // asked once a batch it is in, never again
   EXPECT_GT(result.excluded, 1);                 // in distillation sets, too

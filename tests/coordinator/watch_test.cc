@@ -92,6 +92,25 @@ TEST(ClusterViewTest, TellsRatesStatesAndSilence) {
   EXPECT_THAT(FormatStatus(view, 40 * kSecond, 100, false), AllOf(HasSubstr("no run"), HasSubstr("no workers")));
 }
 
+TEST(StatusTextTest, OddNamesNeitherReachTheTerminalNorEndTheProgram) {
+  ClusterView view{RunKey()};
+  worker_status_t odd = MakeWorker("alice", 1, 1, 0);
+  odd.host = "\x1b[2J\xff\xfehost";
+  view.Handle(MakeMessage(kWorkerStatusChannel, odd, 0));
+  run_status_t run = MakeRun(1);
+  run.scenario = "t\xc3\xa4st\n\xe6";
+  view.Handle(MakeMessage(kRunStatusChannel, run, 0));
+  const std::string text = FormatStatus(view, 0, 100, false);
+  EXPECT_THAT(text,
+              AllOf(HasSubstr("alice"), HasSubstr("[2J??host"), HasSubstr("t\xc3\xa4st ?"), Not(HasSubstr("\x1b"))));
+  EXPECT_EQ(MakeStatusJson(view, 0, "udpm://")["workers"][0]["host"], " [2J??host");
+  EXPECT_NO_THROW(static_cast<void>(MakeStatusJson(view, 0, "udpm://").dump()));
+  // Every width cuts the line somewhere; never inside the character of two bytes.
+  for (int width = 1; width < 40; ++width) {
+    EXPECT_NO_THROW(static_cast<void>(nlohmann::json(FormatStatus(view, 0, width, false)).dump())) << width;
+  }
+}
+
 // Three answers of a run 5 by one worker, recorded from the beginning.
 class RunRecordingTest : public ::testing::Test {
  protected:

@@ -61,6 +61,7 @@ worker_status_t MakeFull() {
   status.name = status.engine = std::string(kMaxNameLength, 'n');
   status.build = std::string(kMaxBuildLength, 'b');
   status.host = std::string(kMaxHostLength, 'h');
+  status.reason = std::string(kMaxReasonLength, 'r');
   return status;
 }
 template <>
@@ -201,11 +202,49 @@ TEST(CodecTest, CountsComeFromTheVectors) {
 
 TEST(CodecTest, OwnMessagesBeyondTheLimitsAreDefects) {
   EXPECT_THROW(Seal(MakeRequest(1, 200, 0), kKey), std::logic_error);
-  rollout_result_t result = MakeResult(0, std::string("a\0b", 3));
-  EXPECT_THROW(Seal(result, kKey), std::logic_error);
-  result.error = MakeWireText(result.error, kMaxErrorLength);
-  EXPECT_EQ(result.error, "a b");
-  EXPECT_NO_THROW(Seal(result, kKey));
+}
+
+// Puts `hostile` where a message has `innocent`, of the same length, and makes the digest right: a worker of another
+// make, whose host has an odd name.
+template <typename T>
+T OpenWith(const T& message, const std::string& innocent, const std::string& hostile) {
+  std::vector<std::uint8_t> bytes = Seal(message, kKey);
+  const auto found = std::search(bytes.begin(), bytes.end(), innocent.begin(), innocent.end());
+  EXPECT_NE(found, bytes.end());
+  std::copy(hostile.begin(), hostile.end(), found);
+  Forge(&bytes);
+  const auto opened = Open<T>(bytes.data(), bytes.size(), kKey, nullptr);
+  EXPECT_TRUE(opened.has_value());
+  return opened.value_or(T{});
+}
+
+TEST(CodecTest, TextsOfOthersAreMadeClean) {
+  const std::string innocent = "12345678", hostile = "\x1b[2J\xff\xc3\n\xe6", clean = " [2J?? ?";
+  worker_status_t status{};
+  status.host = innocent;
+  EXPECT_EQ(OpenWith(status, innocent, hostile).host, clean);
+  status = worker_status_t{};
+  status.build = innocent;
+  EXPECT_EQ(OpenWith(status, innocent, hostile).build, clean);
+  status = worker_status_t{};
+  status.reason = innocent;
+  EXPECT_EQ(OpenWith(status, innocent, hostile).reason, clean);
+  EXPECT_EQ(OpenWith(MakeResult(0, innocent), innocent, hostile).error, clean);
+  run_status_t run{};
+  run.scenario = innocent;
+  EXPECT_EQ(OpenWith(run, innocent, hostile).scenario, clean);
+  control_t control{};
+  control.worker = innocent;
+  EXPECT_EQ(OpenWith(control, innocent, hostile).worker, clean);
+}
+
+TEST(CodecTest, OurOwnTextsAreMadeCleanAndCutAtWholeCharacters) {
+  std::string error(kMaxErrorLength - 1, 'e');
+  error += "\xc3\xa4";  // one byte too many
+  const std::vector<std::uint8_t> bytes = Seal(MakeResult(0, "\x1b" + error), kKey);
+  const auto opened = Open<rollout_result_t>(bytes.data(), bytes.size(), kKey, nullptr);
+  ASSERT_TRUE(opened.has_value());
+  EXPECT_EQ(opened->error, " " + std::string(kMaxErrorLength - 1, 'e'));
 }
 
 TEST(MessageTypesTest, FingerprintsDiffer) {

@@ -2,16 +2,20 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 #include <vector>
 
 #include "coordinator/cli/answer_journal.h"
 #include "coordinator/dispatch/dispatcher.h"
 #include "coordinator/run_directory/journal.h"
+#include "tests/coordinator/request_book.h"
 #include "tests/simulation/coordinator_port.h"
 #include "tests/simulation/reference_run.h"
 #include "tests/simulation/simulated_disk.h"
@@ -25,7 +29,12 @@ constexpr double kFaultsEnd_s = 40.0;
 constexpr double kEnd_s = kFaultsEnd_s + 100.0;
 constexpr int kMostLives = 4;
 constexpr std::size_t kMostWorkers = 5;
-constexpr int kMostHangs = 2;   // a request that hangs three times ends the run, as it should
+constexpr int kMostHangs = 2;  // a request that hangs three times ends the run, as it should
+constexpr int kMostLacks = 1;  // what every worker lacks something for ends the run, as it should
+constexpr int kMostFailedReads = 2;
+constexpr double kLease_s = 1.0;
+constexpr double kLeaseSlack_s =
+    1.0;                        // a message of the dead may still be on its way, and the coordinator looks at times
 constexpr int kMostFaults = 2;  // a request that crashes three workers from inside is poison, as it should be
 const RunIdentity kIdentity = {{"configuration", "simulated"}};
 
@@ -37,7 +46,7 @@ struct Place {
   std::unique_ptr<SimulatedWorker> process;
   std::int64_t instance = 0;
   std::optional<DeathCause> unreported;  // of a local one, until the coordinator looks
-  bool hangs_next = false, slow_next = false;
+  bool hangs_next = false, slow_next = false, lacks_next = false;
   bool foreign = false;  // its machine computes other bits, and its fingerprint says so
 };
 
@@ -67,12 +76,17 @@ class Simulation {
     const int count = 1 + DrawBelow(3);
     for (int i = 0; i < count; ++i) AddPlace();
     ScheduleFault();
+    network_.set_on_event([this] {
+      ReapLacking();
+      Check();
+    });
     try {
       while (!Live()) Bury();
     } catch (const std::exception& e) {
       report_.failure = e.what();
     }
     report_.simulated_s = 1e-6 * static_cast<double>(network_.now_us());
+    network_.set_on_event({});
     EndLife();
     return report_;
   }
@@ -84,10 +98,34 @@ class Simulation {
 
   // The coordinator.
 
-  // From start to end; false when it was killed.
+  // What must hold at any moment. Throws std::runtime_error when it does not.
+  void Check() {
+    ++report_.checks;
+    if (disk_.lost()) throw std::runtime_error("the acknowledged answer to " + FormatShort(*disk_.lost()) + " is lost");
+    if (!dispatcher_) return;
+    const std::string defect = FindDefect(dispatcher_->requests());
+    if (!defect.empty()) throw std::runtime_error("the book of requests: " + defect);
+    const std::int64_t listening_us = std::max(life_started_us_, port_->frozen_until_us());
+    for (const auto& [worker, holding] : dispatcher_->requests().holdings) {
+      const auto known = dispatcher_->roster().workers().find(worker);
+      if (known == dispatcher_->roster().workers().end() || known->second.silent || known->second.stalled) {
+        throw std::runtime_error(fmt::format("worker {} holds requests and is not believed able to work", worker));
+      }
+      const auto death = deaths_us_.find(worker);
+      const double limit_s = kLease_s + 1e-6 * static_cast<double>(rates_.max_delay_us) + kLeaseSlack_s;
+      if (death == deaths_us_.end()) continue;
+      if (1e-6 * static_cast<double>(network_.now_us() - std::max(death->second, listening_us)) > limit_s) {
+        throw std::runtime_error(fmt::format("worker {} holds requests {:.1f} s after its death", worker, limit_s));
+      }
+    }
+  }
+
+  // From start to end; false when it was killed, or could not begin.
   bool Live() try {
     ++report_.lives;
+    life_started_us_ = network_.now_us();
     CoordinatorPort::Options options;
+    options.check = [this] { Check(); };
     if (report_.lives < kMostLives && Draw() < 0.6) options.effects = 1 + DrawBelow(Draw() < 0.3 ? 20 : 300);
     options.end_s = kEnd_s;
     options.repairs_digests = defect_ == PlantedDefect::kIgnoresDigests;
@@ -100,6 +138,9 @@ class Simulation {
     hooks.is_alive = [this] { return port_->is_alive(); };
     hooks.on_effect = [this] { port_->Effect(); };
     hooks.draw = [this] { return Draw(); };
+    hooks.read_fails = report_.lives > 1 && report_.failed_reads < kMostFailedReads && Draw() < 0.2;
+    hooks.read_is_short = defect_ == PlantedDefect::kReadsAreShort;
+    report_.failed_reads += hooks.read_fails ? 1 : 0;
     hooks.sync_does_nothing = defect_ == PlantedDefect::kSyncDoesNothing;
     Journal::Opened opened = Journal::Open(std::make_unique<SimulatedFile>(&disk_, hooks), kIdentity);
     report_.torn_bytes += static_cast<std::int64_t>(opened.torn_bytes);
@@ -107,6 +148,7 @@ class Simulation {
     DispatchOptions dispatch;
     dispatch.run_id = 100 + report_.lives;
     dispatch.engine = engine_.identity();
+    dispatch.lease_s = defect_ == PlantedDefect::kLeasesNeverExpire ? 1e6 : kLease_s;
     dispatch.stall_s = defect_ == PlantedDefect::kNoStepProgress ? 1e6 : 4.0;
     dispatcher_ = std::make_unique<Dispatcher>(dispatch, RunKey(), problem_.scenario, port_.get(), &network_);
     JournaledService service(dispatcher_.get(), &opened.journal, opened.payloads);
@@ -127,6 +169,8 @@ class Simulation {
     return true;
   } catch (const CoordinatorKilled&) {
     return false;
+  } catch (const std::system_error&) {
+    return false;  // the journal could not be read: nothing is done to it
   }
 
   void EndLife() {
@@ -139,6 +183,7 @@ class Simulation {
       report_.counters.workers_refused += counters.workers_refused;
       report_.counters.resent += counters.resent;
       report_.counters.duplicates += counters.duplicates;
+      report_.counters.workers_lacking += counters.workers_lacking;
       report_.counters.workers_lost += counters.workers_lost;
       report_.counters.workers_stalled += counters.workers_stalled;
       report_.counters.refused.corrupt += counters.refused.corrupt;
@@ -152,7 +197,7 @@ class Simulation {
     EndLife();
     disk_.Crash([this] { return Draw(); });
     for (Place& place : places_) {
-      if (place.local) place.process.reset();
+      if (place.local) End(&place);
       if (place.local) place.unreported.reset();
     }
     network_.Advance(After(4.0 * Draw()), [] { return false; });
@@ -197,6 +242,10 @@ class Simulation {
 
   std::int64_t DrawDuration(std::size_t index) {
     Place& place = places_[index];
+    if (std::exchange(place.lacks_next, false)) {
+      ++report_.lacks;
+      return SimulatedExecutor::kLacks;
+    }
     if (std::exchange(place.hangs_next, false)) {
       ++report_.hangs;
       // Nobody kills an external one by the coordinator's word; its operator looks some time.
@@ -211,10 +260,26 @@ class Simulation {
     return static_cast<std::int64_t>(factor * (1e3 + 1.5e5 * Draw() * Draw()));
   }
 
+  void End(Place* place) {
+    if (place->process) deaths_us_[place->instance] = network_.now_us();
+    place->process.reset();
+  }
+
+  // Those that have left because they lacked something; they come again.
+  void ReapLacking() {
+    for (Place& place : places_) {
+      if (place.process && !place.process->reactor().lack().empty()) Leave(&place, DeathCause::kOutside);
+    }
+  }
+
   void Crash(Place* place, DeathCause cause) {
     if (!place->process) return;
     ++report_.worker_crashes;
-    place->process.reset();
+    Leave(place, cause);
+  }
+
+  void Leave(Place* place, DeathCause cause) {
+    End(place);
     if (place->local) {
       place->unreported = cause;
     } else {
@@ -235,7 +300,7 @@ class Simulation {
   void InjectFault() {
     const auto index = static_cast<std::size_t>(DrawBelow(static_cast<int>(places_.size())));
     Place& place = places_[index];
-    switch (DrawBelow(8)) {
+    switch (DrawBelow(10)) {
       case 0:
         Crash(&place, DeathCause::kOutside);
         break;
@@ -255,6 +320,13 @@ class Simulation {
         FallSilent(2.0 * Draw() * Draw());
         break;
       case 6:
+        CutOneWay(index, 12.0 * Draw() * Draw(), Draw() < 0.5);
+        break;
+      case 7:
+        // The first place is sound: somebody can always do the work.
+        if (index > 0) place.lacks_next = place.lacks_next || lacks_drawn_++ < kMostLacks;
+        break;
+      case 8:
         if (port_) port_->FreezeUntil(After(3.0 * Draw() * Draw()));
         break;
       default:
@@ -270,6 +342,15 @@ class Simulation {
     network_.Schedule(After(seconds), [this, index, instance = places_[index].instance] {
       if (places_[index].process && places_[index].instance == instance) places_[index].process->Thaw();
     });
+  }
+
+  void CutOneWay(std::size_t index, double seconds, bool deaf) {
+    if (!places_[index].process || !port_) return;
+    ++report_.cuts;
+    const int worker = places_[index].process->address(), coordinator = port_->address();
+    const auto [from, to] = deaf ? std::pair(coordinator, worker) : std::pair(worker, coordinator);
+    network_.Cut(from, to);
+    network_.Schedule(After(seconds), [this, from = from, to = to] { network_.Mend(from, to); });
   }
 
   void FallSilent(double seconds) {
@@ -293,6 +374,9 @@ class Simulation {
   double mean_fault_interval_s_ = 1.0;
   int faults_ = 0;
   int hangs_drawn_ = 0;
+  int lacks_drawn_ = 0;
+  std::map<std::int64_t, std::int64_t> deaths_us_;  // by instance
+  std::int64_t life_started_us_ = 0;                // of the coordinator
   std::unique_ptr<CoordinatorPort> port_;
   std::unique_ptr<Dispatcher> dispatcher_;
   SimulationReport report_;

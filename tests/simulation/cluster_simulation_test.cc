@@ -33,6 +33,10 @@ TEST_P(ClusterSimulationTest, EveryScheduleEndsWithTheReferencesBits) {
     sum.hangs += report.hangs;
     sum.freezes += report.freezes;
     sum.silences += report.silences;
+    sum.cuts += report.cuts;
+    sum.lacks += report.lacks;
+    sum.failed_reads += report.failed_reads;
+    sum.checks += report.checks;
     sum.torn_bytes += report.torn_bytes;
     sum.messages += report.messages;
     sum.simulated_s += report.simulated_s;
@@ -43,19 +47,22 @@ TEST_P(ClusterSimulationTest, EveryScheduleEndsWithTheReferencesBits) {
     sum.counters.reissued += report.counters.reissued;
     sum.counters.resent += report.counters.resent;
     sum.counters.duplicates += report.counters.duplicates;
+    sum.counters.workers_lacking += report.counters.workers_lacking;
     sum.counters.workers_lost += report.counters.workers_lost;
     sum.counters.workers_stalled += report.counters.workers_stalled;
     sum.counters.refused.corrupt += report.counters.refused.corrupt;
   }
   const DispatchCounters& c = sum.counters;
   fmt::print(
-      "{} schedules, {:.0f} s simulated, {} messages to the coordinator, {} lives of it, {} torn bytes; workers: {} "
-      "crashes, {} hangs, {} freezes, {} silences; {} lost, {} stuck, {} refused; answers: {}, {} duplicates; "
+      "{} schedules, {:.0f} s simulated, {} checks of what must always hold, {} messages to the coordinator, {} lives "
+      "of "
+      "it, {} torn bytes, {} failed reads; workers: {} crashes, {} hangs, {} freezes, {} silences, {} cuts one way, {} "
+      "lacks; {} lost, {} stuck, {} refused; answers: {}, {} duplicates; "
       "requests: "
       "{} reissued, {} moved, {} copied, {} resent; {} messages corrupt\n",
-      count, sum.simulated_s, sum.messages, sum.lives, sum.torn_bytes, sum.worker_crashes, sum.hangs, sum.freezes,
-      sum.silences, c.workers_lost, c.workers_stalled, c.workers_refused, c.computed, c.duplicates, c.reissued, c.moved,
-      c.copied, c.resent, c.refused.corrupt);
+      count, sum.simulated_s, sum.checks, sum.messages, sum.lives, sum.torn_bytes, sum.failed_reads, sum.worker_crashes,
+      sum.hangs, sum.freezes, sum.silences, sum.cuts, sum.lacks, c.workers_lost, c.workers_stalled, c.workers_refused,
+      c.computed, c.duplicates, c.reissued, c.moved, c.copied, c.resent, c.refused.corrupt);
   if (count < kSeedsPerRange) return;
   // The schedules are worth something only if all this happened, and often.
   EXPECT_GT(sum.lives, 1.2 * kSeedsPerRange);
@@ -64,6 +71,10 @@ TEST_P(ClusterSimulationTest, EveryScheduleEndsWithTheReferencesBits) {
   EXPECT_GT(sum.freezes, kSeedsPerRange / 2);
   EXPECT_GT(sum.silences, kSeedsPerRange / 2);
   EXPECT_GT(sum.torn_bytes, 1000);
+  EXPECT_GT(sum.failed_reads, 50);
+  EXPECT_GT(sum.cuts, kSeedsPerRange / 2);
+  EXPECT_GT(sum.counters.workers_lacking, 50);
+  EXPECT_GT(sum.checks, sum.messages);
   EXPECT_GT(sum.counters.moved, kSeedsPerRange / 2);
   EXPECT_GT(sum.counters.copied, kSeedsPerRange / 5);
   EXPECT_GT(sum.counters.workers_refused, kSeedsPerRange / 20);
@@ -106,7 +117,9 @@ INSTANTIATE_TEST_SUITE_P(
                             "before the disk had it"},
                       Plant{"SyncDoesNothing", PlantedDefect::kSyncDoesNothing, 20, "before the disk had it"},
                       Plant{"IgnoresDigests", PlantedDefect::kIgnoresDigests, 100, "other bits than the reference's"},
-                      Plant{"NoStepProgress", PlantedDefect::kNoStepProgress, 2000, "has not ended"}),
+                      Plant{"NoStepProgress", PlantedDefect::kNoStepProgress, 2000, "has not ended"},
+                      Plant{"LeasesNeverExpire", PlantedDefect::kLeasesNeverExpire, 100, "after its death"},
+                      Plant{"ReadsAreShort", PlantedDefect::kReadsAreShort, 1000, "is lost"}),
     [](const auto& plant) { return std::string(plant.param.name); });
 
 }  // namespace

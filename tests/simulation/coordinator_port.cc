@@ -10,7 +10,7 @@
 
 namespace knap {
 
-CoordinatorPort::CoordinatorPort(SimulatedNetwork* network, const SimulatedDisk* disk,
+CoordinatorPort::CoordinatorPort(SimulatedNetwork* network, SimulatedDisk* disk,
                                  const std::vector<std::string>& channels, const Options& options)
     : network_(network), disk_(disk), options_(options), inner_(network->Connect(channels, {})) {}
 
@@ -24,12 +24,13 @@ void CoordinatorPort::Effect() {
 
 void CoordinatorPort::Publish(const std::string& channel, const std::vector<std::uint8_t>& bytes) {
   if (!alive_) return;
+  options_.check();
   CheckAcknowledgements(channel, bytes);
   Effect();
   inner_->Publish(channel, bytes);
 }
 
-void CoordinatorPort::CheckAcknowledgements(const std::string& channel, const std::vector<std::uint8_t>& bytes) const {
+void CoordinatorPort::CheckAcknowledgements(const std::string& channel, const std::vector<std::uint8_t>& bytes) {
   std::vector<ContentId> acknowledged;
   RefusalCounters refusals;
   if (channel.starts_with(MakeRequestChannel(""))) {
@@ -42,10 +43,12 @@ void CoordinatorPort::CheckAcknowledgements(const std::string& channel, const st
     if (!disk_->HoldsAnswer(id)) {
       throw std::runtime_error("the answer to " + FormatShort(id) + " was acknowledged before the disk had it");
     }
+    disk_->Rely(id);
   }
 }
 
 std::optional<Message> CoordinatorPort::Receive(std::int64_t timeout_us) {
+  options_.check();
   if (network_->now_us() > static_cast<std::int64_t>(options_.end_s * 1e6)) {
     throw std::runtime_error("the run has not ended after " + std::to_string(options_.end_s) + " s");
   }

@@ -25,9 +25,10 @@ class CoordinatorPort : public Transport {
     std::optional<int> effects;    // it dies at this one, counted from 1; empty: never
     double end_s = 0.0;            // simulated time by which the run must have ended
     bool repairs_digests = false;  // a planted defect: damaged messages come with a right digest
+    std::function<void()> check;   // called with every message sent or asked for; throws when something is wrong
   };
 
-  CoordinatorPort(SimulatedNetwork* network, const SimulatedDisk* disk, const std::vector<std::string>& channels,
+  CoordinatorPort(SimulatedNetwork* network, SimulatedDisk* disk, const std::vector<std::string>& channels,
                   const Options& options);
 
   // Throws CoordinatorKilled when this is the effect at which it dies.
@@ -36,6 +37,9 @@ class CoordinatorPort : public Transport {
 
   // SIGSTOP until this instant.
   void FreezeUntil(std::int64_t until_us) { frozen_until_us_ = until_us; }
+  std::int64_t frozen_until_us() const { return frozen_until_us_; }
+
+  int address() const { return inner_->address(); }  // for SimulatedNetwork::Cut
 
   // Throws std::runtime_error when it acknowledges an answer that no synced record of the disk holds.
   void Publish(const std::string& channel, const std::vector<std::uint8_t>& bytes) override;
@@ -45,10 +49,10 @@ class CoordinatorPort : public Transport {
   TransportCounters counters() const override { return inner_->counters(); }
 
  private:
-  void CheckAcknowledgements(const std::string& channel, const std::vector<std::uint8_t>& bytes) const;
+  void CheckAcknowledgements(const std::string& channel, const std::vector<std::uint8_t>& bytes);
 
   SimulatedNetwork* network_;
-  const SimulatedDisk* disk_;
+  SimulatedDisk* disk_;
   const Options options_;
   const RunKey key_;
   std::unique_ptr<SimulatedTransport> inner_;

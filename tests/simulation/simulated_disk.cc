@@ -1,5 +1,7 @@
 #include "tests/simulation/simulated_disk.h"
 
+#include <cerrno>
+#include <system_error>
 #include <utility>
 
 #include "coordinator/cli/answer_journal.h"
@@ -26,7 +28,12 @@ void SimulatedDisk::Sync() {
   const bool appended = bytes_.size() >= durable_.size() && bytes_.compare(0, durable_.size(), durable_) == 0;
   const std::size_t begin = appended ? durable_.size() : 0;
   durable_ = bytes_;
+  if (!appended) answers_.clear();
   ReadAnswers(begin);
+  if (appended) return;
+  for (const ContentId& id : relied_on_) {
+    if (!HoldsAnswer(id)) lost_ = id;
+  }
 }
 
 void SimulatedDisk::ReadAnswers(std::size_t begin) {
@@ -55,6 +62,18 @@ void SimulatedDisk::Crash(const std::function<double()>& draw) {
     if (draw() < 0.2) kept.resize(written, '\0');
     bytes_ = durable_ + kept;
   }
+}
+
+std::string SimulatedFile::ReadAll() const {
+  if (!hooks_.read_fails) return disk_->bytes();
+  if (!hooks_.read_is_short) throw std::system_error(EIO, std::generic_category(), path_.string());
+  // What was read before the failure: whole records, so that nothing looks damaged.
+  const std::string& bytes = disk_->bytes();
+  std::size_t end = kPrefix + ReadLength(bytes);
+  while (end < bytes.size() / 2 && end + kPrefix <= bytes.size()) {
+    end += kPrefix + ReadLength(std::string_view(bytes).substr(end));
+  }
+  return bytes.substr(0, end);
 }
 
 void SimulatedFile::Write(std::string_view bytes) {

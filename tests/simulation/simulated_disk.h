@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_set>
@@ -32,6 +33,11 @@ class SimulatedDisk {
   // Whether an answer to this request is in a record that was synced.
   bool HoldsAnswer(const ContentId& id) const { return answers_.count(id) != 0; }
 
+  // The answer to this request may be forgotten elsewhere: from now on it must stay in a synced record.
+  void Rely(const ContentId& id) { relied_on_.insert(id); }
+  // Relied upon, and gone; empty when there is none.
+  const std::optional<ContentId>& lost() const { return lost_; }
+
  private:
   void ReadAnswers(std::size_t begin);
 
@@ -39,6 +45,8 @@ class SimulatedDisk {
   std::string bytes_;    // as a reader sees them
   std::string durable_;  // as a crash leaves them at least
   std::unordered_set<ContentId, ContentIdHash> answers_;
+  std::unordered_set<ContentId, ContentIdHash> relied_on_;
+  std::optional<ContentId> lost_;
 };
 
 // The journal's file on it. `on_effect` is called before anything is done to the disk and may throw: the writer dies.
@@ -49,13 +57,15 @@ class SimulatedFile : public AppendFile {
     std::function<bool()> is_alive;  // a dead writer's writes reach nothing
     std::function<void()> on_effect;
     std::function<double()> draw;
+    bool read_fails = false;         // as a disk that says EIO
+    bool read_is_short = false;      // a planted defect: a failed read passes for the end of the file
     bool sync_does_nothing = false;  // a planted defect
   };
 
   SimulatedFile(SimulatedDisk* disk, Hooks hooks) : disk_(disk), hooks_(std::move(hooks)) {}
 
   const std::filesystem::path& path() const override { return path_; }
-  std::string ReadAll() const override { return disk_->bytes(); }
+  std::string ReadAll() const override;
   void Write(std::string_view bytes) override;
   void Sync() override;
   void Truncate(std::uint64_t size) override;

@@ -19,6 +19,7 @@ struct Parameters {
   std::size_t controls = 0;
   std::int64_t steps = 10;
   std::int64_t step_us = 0;
+  std::size_t allocate_mb = 0;
   std::optional<double> crash_at;
   std::optional<double> hang_at;
   std::optional<double> fail_at;
@@ -41,6 +42,8 @@ Parameters ParseScenario(const ScenarioFiles& files) {
       parameters.steps = static_cast<std::int64_t>(value);
     } else if (key == "step_us") {
       parameters.step_us = static_cast<std::int64_t>(value);
+    } else if (key == "allocate_mb") {
+      parameters.allocate_mb = static_cast<std::size_t>(value);
     } else if (key == "crash_at") {
       parameters.crash_at = value;
     } else if (key == "hang_at") {
@@ -67,6 +70,9 @@ class ClosedFormScenario : public EngineScenario {
     const std::vector<double>& v = request.variation;
     const auto is_at = [&](const std::optional<double>& value) { return value && !v.empty() && v[0] == *value; };
     if (is_at(parameters_.fail_at)) throw std::runtime_error("this variation cannot be simulated");
+    const auto space = std::make_unique_for_overwrite<char[]>(parameters_.allocate_mb << 20);
+    volatile char* const touched = space.get();  // or the compiler may leave the allocation out
+    if (parameters_.allocate_mb > 0) touched[0] = 1;
     for (std::int64_t step = 0; step < parameters_.steps; ++step) {
       if (step == parameters_.steps / 2 && is_at(parameters_.crash_at)) std::abort();
       while (step == parameters_.steps / 2 && is_at(parameters_.hang_at)) {

@@ -2,7 +2,7 @@
 //
 // Scenario: the file "scenario.txt" with lines "key value"; all keys may be missing:
 //   dimension D (4), controls C (0), steps S (10), step_us T (0: wall time of a step), crash_at V, hang_at V, fail_at
-//   V.
+//   V, allocate_mb M (0: address space that a rollout asks for).
 // Request: theta of D and controls of C values, together x, and a variation v of any length. With v_i the variation's
 // value i modulo its length (0 when empty), weights w_i = 1 + i/2 and targets t_i = i/10 + v_i:
 //   task loss L = 1/2 sum_i w_i (x_i - t_i)^2,         dL/dx_i = w_i (x_i - t_i)

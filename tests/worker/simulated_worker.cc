@@ -10,6 +10,10 @@ void SimulatedExecutor::Start(ExecutorJob job) {
   answer_ = runner_.Run(job, [this](std::int64_t, std::int64_t total) { steps_ = total; });
   start_us_ = clock_->now_us();
   duration_us_ = job.request ? draw_duration_us_() : 0;
+  if (duration_us_ != kLacks) return;
+  duration_us_ = 0;
+  answer_ = EngineAnswer{};
+  answer_->lack = "out of memory";
 }
 
 std::optional<EngineAnswer> SimulatedExecutor::TakeAnswer() {

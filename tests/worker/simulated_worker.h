@@ -18,6 +18,7 @@ namespace knap {
 class SimulatedExecutor : public Executor {
  public:
   static constexpr std::int64_t kForever = -1;
+  static constexpr std::int64_t kLacks = -2;  // no duration: the computation finds at once that memory lacks
 
   // `draw_duration_us` is asked once a request; loading takes no time.
   SimulatedExecutor(Engine* engine, const Clock* clock, std::function<std::int64_t()> draw_duration_us)
@@ -48,6 +49,7 @@ class SimulatedWorker {
                   std::function<std::int64_t()> draw_duration_us, const RunKey& key = RunKey());
 
   const WorkerReactor& reactor() const { return *reactor_; }
+  int address() const { return transport_->address(); }  // for SimulatedNetwork::Cut
 
   // As SIGSTOP and SIGCONT: messages wait, and nothing is said. Its computation ends when it would have ended.
   void Freeze() { frozen_ = true; }

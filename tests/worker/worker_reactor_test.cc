@@ -114,8 +114,60 @@ class WorkerReactorTest : public ::testing::Test {
   std::unique_ptr<SimulatedTransport> transport_ = network_.Connect(
       {std::string(kWorkerStatusChannel), std::string(kResultChannel), std::string(kControlChannel)}, {});
   Sender sender_{kRun, key_, transport_.get(), &network_};
-  SimulatedWorker worker_{&network_, &engine_, "w", kInstance, [] { return kJobUs; }};
+  bool lacks_ = false;  // the next computation lacks memory
+  SimulatedWorker worker_{&network_, &engine_, "w", kInstance,
+                          [this] { return lacks_ ? SimulatedExecutor::kLacks : kJobUs; }};
 };
+
+// A bus on which there is always another message, each costing 10 us of an own clock.
+class FloodedTransport : public Transport, public Clock {
+ public:
+  std::int64_t now_us() const override { return now_us_; }
+  std::int64_t wall_us() const override { return now_us_; }
+  void Publish(const std::string& channel, const std::vector<std::uint8_t>&) override {
+    if (channel == kWorkerStatusChannel) statuses_us.push_back(now_us_);
+  }
+  std::optional<Message> Receive(std::int64_t) override {
+    now_us_ += 10;
+    return Message{"KNAP_CONTROL_w", {1, 2, 3}, now_us_};
+  }
+  void Wake() override {}
+  TransportCounters counters() const override { return {}; }
+
+  std::vector<std::int64_t> statuses_us;
+
+ private:
+  std::int64_t now_us_ = 0;
+};
+
+TEST(WorkerFloodTest, ItsStatusGoesOn) {
+  FloodedTransport bus;
+  ClosedFormEngine engine;
+  SimulatedExecutor executor(&engine, &bus, [] { return kJobUs; });
+  WorkerReactor reactor({"w", kInstance, engine.identity(), "host", 1}, RunKey(), &bus, &bus, &executor);
+  while (bus.now_us() < 2'000'000) reactor.Turn(100'000);
+  ASSERT_EQ(bus.statuses_us.size(), 8u);  // at 4 Hz
+  for (std::size_t i = 1; i < bus.statuses_us.size(); ++i) {
+    EXPECT_LT(bus.statuses_us[i] - bus.statuses_us[i - 1], 300'000) << i;
+  }
+}
+
+TEST_F(WorkerReactorTest, LackOfMemoryIsSaidAndIsNoAnswer) {
+  Join();
+  SendRequest(MakeRequest(1.0));
+  SendRequest(MakeRequest(2.0));
+  lacks_ = true;
+  SendRequest(MakeRequest(3.0));
+  Advance(10 * kJobUs);
+  EXPECT_TRUE(worker_.reactor().stopped());
+  EXPECT_EQ(worker_.reactor().lack(), "out of memory");
+  EXPECT_EQ(statuses_.back().state, worker_status_t::kStopping);
+  EXPECT_EQ(statuses_.back().reason, "out of memory");
+  EXPECT_EQ(MakeId(statuses_.back().running), CalcId(2.0));  // the one that it could not compute
+  EXPECT_GE(CountResults(1.0), 1);
+  EXPECT_EQ(CountResults(2.0), 0);
+  for (const rollout_result_t& result : results_) EXPECT_EQ(result.status, rollout_result_t::kOk);
+}
 
 TEST_F(WorkerReactorTest, AnnouncesItselfAtFourHertz) {
   ASSERT_EQ(statuses_.size(), 1u);  // at once

@@ -128,14 +128,14 @@ TEST(ReadObj, SplitsLargePolygons) {
 
 TEST(ReadObj, ErrorsNameLineAndColumn) {
   EXPECT_EQ(ReadError("dir/cage.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n"),
-            "dir/cage.obj:4:7: vertex 9 does not exist yet or at all: the file has 3 up to here");
+            "dir/cage.obj:4:7: vertex 9 does not exist: the file has 3, counted from 1");
   EXPECT_EQ(ReadError("c.obj", "v 0 0 0\nv 1 0 0\n  f 1 2\n"), "c.obj:3:8: a face needs at least three vertices");
   EXPECT_EQ(ReadError("c.obj", "v 0 x 0\n"), "c.obj:1:5: 'x' is not a number within +-1e9");
   EXPECT_EQ(ReadError("c.obj", "v 0 nan 0\n"), "c.obj:1:5: 'nan' is not a number within +-1e9");
   EXPECT_EQ(ReadError("c.obj", "v 0 0\n"), "c.obj:1:6: a number is missing");
   EXPECT_EQ(ReadError("c.obj", "\n\nhello\n"), "c.obj:3:1: unknown OBJ keyword 'hello'");
   EXPECT_EQ(ReadError("c.obj", "v 0 0 0\nf 0 1 1\n"),
-            "c.obj:2:3: vertex 0 does not exist yet or at all: the file has 1 up to here");
+            "c.obj:2:3: vertex 0 does not exist: the file has 1, counted from 1");
   EXPECT_EQ(ReadError("c.obj", ""), "c.obj: no triangles in the file");
   EXPECT_EQ(ReadError("c.obj", "v 0 0 0\n"), "c.obj: no triangles in the file");
 }
@@ -244,6 +244,13 @@ TEST(WriteStl, IsWatertightWithTheRightVolumeInMillimetres) {
   EXPECT_EQ(back.triangles.size(), pusher.triangles.size());
   EXPECT_NEAR(CalcSignedVolume(back), 104 * 12 * 20, 104 * 12 * 20 * 1e-6);  // single precision
   EXPECT_TRUE(CalcBoundingBox(back).isApprox(Eigen::AlignedBox3d(Vector3d(-52, -12, 0), Vector3d(52, 0, 20)), 1e-6));
+}
+
+TEST(WriteStl, RefusesWhatIsInsideOut) {
+  TriangleMesh box = ReadMesh("box.obj", kBoxObj, 1);
+  for (Vector3d& v : box.vertices) v.x() = -v.x();
+  EXPECT_THROW(WriteStl(box), std::runtime_error);
+  EXPECT_THROW(WriteStl({}), std::runtime_error);
 }
 
 TEST(WriteStl, HasUnitNormalsThatPointOutwards) {

@@ -12,6 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 using Eigen::Vector3i;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 // Corners at the origin and at 1, 2 and 3 along the axes: volume 1 * 2 * 3 / 6 = 1.
@@ -75,6 +76,13 @@ TEST(TriangleMesh, FindsEdgesOfMoreThanTwoTriangles) {
   mesh.triangles.emplace_back(0, 1, 4);
   EXPECT_EQ(FindDefects(mesh).non_manifold_edges, 1);
   EXPECT_EQ(FindDefects(mesh).open_edges, 2);
+}
+
+TEST(TriangleMesh, FindsAPartThatIsThereTwice) {
+  TriangleMesh mesh = MakeTetrahedron();
+  for (int i = 0; i < 4; ++i) mesh.triangles.push_back(mesh.triangles[static_cast<std::size_t>(i)]);
+  EXPECT_THAT(FindDefects(mesh).Describe(), AllOf(HasSubstr("4 triangles that are there twice"),
+                                                  HasSubstr("triangles 0 and 4 have the same corners")));
 }
 
 TEST(TriangleMesh, FindsTrianglesWithoutArea) {

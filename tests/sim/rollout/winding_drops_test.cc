@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "sim/scenarios/numeric_keys.h"
+#include "sim/scenarios/apply_variation.h"
 #include "tests/sim/rollout/winding_scene.h"
 
 namespace knap {

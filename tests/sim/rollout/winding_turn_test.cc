@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "sim/rollout/height_loss.h"
-#include "sim/scenarios/numeric_keys.h"
+#include "sim/scenarios/apply_variation.h"
 #include "tests/sim/rollout/winding_scene.h"
 
 namespace knap {
@@ -86,8 +86,8 @@ TEST(WindingTurn, SuccessTellsAHeldRopeFromADroppedOne) {
 // In the middle of this one, 0.07 s after the release, Newton's method once found a root at which the rope had been
 // thrown 1e7 times around, and took it.
 TEST(WindingTurn, NothingIsThrownAwayWhereNewtonOvershoots) {
-  RolloutModel rollout = test::LoadConfig("winding_turn.yaml", {"rollout.horizon=3.4 s", "loss.task[0].until=3.4 s",
-                                                                "loss.distillation[0].until=3.4 s"});
+  RolloutModel rollout = test::LoadConfig(
+      "winding_turn.yaml", {"rollout.horizon=3.4 s", "loss.task[0].until=3.4 s", "loss.distillation[0].until=3.4 s"});
   RolloutInput input;
   input.variation = {2.6350349082143723, -0.023004765494746948};
   input.want_gradient = false;

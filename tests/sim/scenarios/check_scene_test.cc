@@ -119,6 +119,20 @@ const SceneErrorCase kContradictions[] = {
      "design.parameters.idle.name: value 'idle': moves no vertex of a cage; see design.bodies"},
     {"FractionOfAStep", "horizon: 1 s", "horizon: @1.001 s",
      "rollout.horizon: value '1.001 s': must be a whole number of steps of 0.002 s"},
+    {"StepsWithoutEnd", "horizon: 1 s, step: 2 ms", "horizon: @8589934.792 s, step: 2 ms",
+     "rollout.horizon: value '8589934.792 s': these are 4294967396 steps of 0.002 s, at most 1000000 are allowed"},
+    {"EvaluationsWithoutEnd",
+     "variations: 10, batch: 2, dimensions_per_batch: 1,\n           alpha: 0.2, "
+     "learning_rate: 0.5, decay: 0.4, optimizer: LD_MMA, max_evaluations: 7",
+     "variations: 10000, batch: 2, dimensions_per_batch: 1,\n           alpha: 0.2, "
+     "learning_rate: 0.5, decay: 0.4, optimizer: LD_MMA, max_evaluations: @1000000",
+     "learning.max_evaluations: value '1000000': 5000000000 evaluations in all 5000 batches, at most 1000000000 are "
+     "allowed"},
+    {"TestsWithoutEnd", "{variations: 20, seed: 12}", "{variations: @1000001, seed: 12}",
+     "evaluation.variations: value '1000001': must be from 1 to 1e+06"},
+    {"NoHeightInTime", "height_hold, rope: rope, sample_period: 40 ms, from: 80 ms, until: 0.5 s",
+     "height_hold, rope: rope, sample_period: 40 ms, from: 80 ms, until: @0.1 s",
+     "loss.task[1].until: value '0.1 s': no sample lies between `from`, 0.08 s, and here; one comes every 0.04 s"},
     {"SamplesBetweenSteps", "sample_period: 20 ms", "sample_period: @21 ms",
      "loss.distillation[0].sample_period: value '21 ms': must be a whole number of steps of 0.002 s"},
     {"SamplesAfterTheEnd", "sample_period: 20 ms", "sample_period: @2 s",
@@ -182,6 +196,18 @@ const SceneErrorCase kContradictions[] = {
 INSTANTIATE_TEST_SUITE_P(All, Contradiction, testing::ValuesIn(kContradictions),
                          [](const auto& the_case) { return std::string(the_case.param.name); });
 
+TEST(CheckScene, BoundsThePairsOfLinksAndTheControls) {
+  const EditedScene links = EditScene(kEverythingYaml, "    links: 12\n", "    links: 2000\n");
+  const std::string errors = ParseEditedScene(links);
+  EXPECT_TRUE(errors.ends_with(": contacts[3].bodies: these are 4000000 pairs of links, at most 1000000 are allowed\n"))
+      << errors;
+  const std::vector<std::string> overrides{"rollout.horizon=1000 s", "rollout.step=1 ms", "controls.interval=1 ms",
+                                           "controls.actuators=[slider]", "policy.interval=1 ms"};
+  EXPECT_EQ(ParseScene(kEverythingYaml, "f.yaml", overrides).FormatErrors(),
+            "command line: controls.interval=1 ms: controls.interval: value '1 ms': these are 1000000 controls beside "
+            "the 63 weights of the policy, at most 400000 are allowed\n");
+}
+
 TEST(CheckScene, FindsLongCycles) {
   const EditedScene scene = EditScene(kPendulumYaml, "  - name: upper\n", "  - name: upper\n    parent: @lower\n");
   EXPECT_EQ(ParseEditedScene(scene),
@@ -190,6 +216,19 @@ TEST(CheckScene, FindsLongCycles) {
                 "→ upper\n"
                 "f.yaml:10:13: bodies.lower.parent: value 'upper': the bodies must form a tree, but here is a cycle: "
                 "lower → upper → lower\n");
+}
+
+TEST(CheckScene, OneDesignParameterNeedsNoCountOfDimensions) {
+  const std::vector<std::string> one{
+      "design.parameters=[{name: width, initial: 44 mm, lower: 20 mm, upper: 56 mm}]",
+      "design.bodies.tool.moves=[{parameter: width, group: left, direction: [1, 0, 0]}]"};
+  const std::string given = "dimensions_per_batch: 1,";
+  std::string left_out = kEverythingYaml;
+  left_out.erase(left_out.find(given), given.size());
+  const ParseResult result = ParseScene(left_out, "f.yaml", one);
+  EXPECT_EQ(result.FormatErrors(), "");
+  EXPECT_EQ(result.scene.learning.dimensions_per_batch, 1);
+  EXPECT_EQ(ParseScene(left_out, "f.yaml").scene.learning.dimensions_per_batch, 2);
 }
 
 constexpr char kPendulumEnd[] = "rollout: {horizon: 1 s, step: 5 ms, integrator: bdf1}\n";

@@ -62,23 +62,6 @@ TEST(ListNumericKeys, PathsAndNumbersAreDistinct) {
   EXPECT_EQ(values.size(), keys.size());
 }
 
-TEST(ApplyVariation, SetsTheVariedNumbersAlone) {
-  const Scene scene = ParseEverything();
-  Scene varied = scene;
-  ApplyVariation(varied, std::vector<double>{0.015, 0.3, 0.0005});
-  EXPECT_EQ(std::get<FreeJoint>(varied.bodies.back().joint.kind).initial.position, Eigen::Vector3d(0.015, 0.1, 0.01));
-  EXPECT_EQ(varied.contacts[0].friction, 0.3);
-  EXPECT_EQ(std::get<CrossingLoss>(varied.loss.task[0]).opening.opening_center, 0.0005);
-  Scene original = scene;
-  const std::vector<NumericKey> before = ListNumericKeys(original);
-  const std::vector<NumericKey> after = ListNumericKeys(varied);
-  ASSERT_EQ(before.size(), after.size());
-  int changed = 0;
-  for (std::size_t i = 0; i < before.size(); ++i) changed += *before[i].value != *after[i].value;
-  EXPECT_EQ(changed, 3);
-  EXPECT_THROW(ApplyVariation(varied, std::vector<double>{1.0}), std::invalid_argument);
-}
-
 TEST(MayVary, ExcludesTheMachinery) {
   EXPECT_TRUE(MayVary("gravity[2]"));
   EXPECT_TRUE(MayVary("bodies.pea.shape.radius"));

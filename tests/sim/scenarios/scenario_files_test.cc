@@ -62,7 +62,7 @@ TEST_F(ScenarioFilesTest, MissingFilesAreErrorsOfTheConfig) {
                 "/tool.obj cannot be read: No such file or directory\n" + file +
                 ":106:13: design.bodies.tool.cage: value 'meshes/tool_cage.obj': the file " + meshes +
                 "/tool_cage.obj cannot be read: not a regular file\n"
-                "command line: learning.batch=x: learning.batch: value 'x': expected an integer, from 1 to 1e+09\n");
+                "command line: learning.batch=x: learning.batch: value 'x': expected an integer, from 1 to 1e+06\n");
   EXPECT_TRUE(loaded.files.empty());
 }
 

@@ -377,7 +377,7 @@ public final class JavaWorker {
     status.repeated = repeated;
     status.refused = refused;
     status.state = state;
-    status.protocol = 2;
+    status.protocol = 3;
     status.pid = (int) ProcessHandle.current().pid();
     status.unacknowledged = (int) results.values().stream().filter(kept -> !kept.acknowledged).count();
     status.queue_capacity = MAX_QUEUE;
@@ -391,6 +391,7 @@ public final class JavaWorker {
     status.engine = Bowl.NAME;
     status.build = "";  // with no fingerprint: nothing in it may be rounded in two ways
     status.host = host;
+    status.reason = "";  // it never leaves for want of anything
     publish("KNAP_WORKER_STATUS", wire.seal(status));
     statusDueAt = System.nanoTime() + STATUS_NS;
   }

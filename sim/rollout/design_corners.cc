@@ -1,0 +1,51 @@
+#include "sim/rollout/design_corners.h"
+
+#include <cstdint>
+#include <random>
+
+namespace knap {
+namespace {
+
+constexpr int kAllCornersUpTo = 10;  // parameters
+constexpr int kSampledCorners = 1000;
+
+}  // namespace
+
+FoldedCorners FindFoldedCorners(const SceneDesign& design, const Design& bounds) {
+  FoldedCorners found;
+  const auto try_theta = [&](const Eigen::VectorXd& theta) {
+    ++found.tried;
+    std::string fault = design.FindFault(theta);
+    if (fault.empty()) return;
+    if (found.folded++ > 0) return;
+    found.example = theta;
+    found.fault = std::move(fault);
+  };
+  const int d = design.num_parameters();
+  const auto bound = [&](int i, bool upper) {
+    const DesignParameter& parameter = bounds.parameters[static_cast<std::size_t>(i)];
+    return double{upper ? parameter.upper : parameter.lower};
+  };
+  for (int i = 0; i < d; ++i) {
+    for (const bool upper : {false, true}) {
+      Eigen::VectorXd theta = design.initial_theta();
+      theta(i) = bound(i, upper);
+      try_theta(theta);
+    }
+  }
+  std::mt19937_64 random(1);
+  const bool all = d <= kAllCornersUpTo;
+  const int corners = all ? 1 << d : kSampledCorners;
+  for (int corner = 0; corner < corners; ++corner) {
+    Eigen::VectorXd theta(d);
+    std::uint64_t bits = static_cast<std::uint64_t>(corner);
+    for (int i = 0; i < d; ++i) {
+      if (!all && i % 64 == 0) bits = random();
+      theta(i) = bound(i, (bits >> (i % 64) & 1) != 0);
+    }
+    try_theta(theta);
+  }
+  return found;
+}
+
+}  // namespace knap

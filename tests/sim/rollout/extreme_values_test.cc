@@ -1,0 +1,250 @@
+// Whatever a variation draws, for every number of a scene that may vary: it is refused by key, or a rollout comes out
+// that is finite or says that it is not to be trusted. Never a crash, never a loop without end.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "sim/rollout/rollout.h"
+#include "sim/scenarios/dump_scene.h"
+#include "sim/scenarios/numeric_keys.h"
+#include "sim/scenarios/parse_scene.h"
+#include "sim/scenarios/scenario_paths.h"
+#include "sim/scenarios/units.h"
+
+namespace knap {
+namespace {
+
+// Joints, motions, shapes, inertias, contacts, grips and terms of the loss that have numbers which may vary.
+constexpr char kScene[] = R"(schema: 1
+name: extremes
+gravity: [0 m/s^2, 0 m/s^2, -9.81 m/s^2]
+gravity_direction: {azimuth: 10 deg, rise: -0.9}
+bodies:
+  - name: ground
+    joint: {type: fixed}
+    shape: {type: half_space}
+  - name: tool
+    joint:
+      type: prescribed
+      motion: {type: zigzag, amplitude: 6 mm, period: 1 s, sharpness: 0.9, forward_speed: 60 mm/s, stop_at: 37 cm}
+    shape: {type: designed_mesh}
+  - name: wall
+    joint:
+      type: prescribed
+      motion: {type: constant_velocity, velocity: [1 m/s, 0 m/s, 0 m/s], angular_velocity: [0 rad/s, 0 rad/s, 9 deg/s]}
+  - name: hand
+    joint:
+      type: prescribed
+      motion:
+        type: segments
+        segments:
+          - {duration: 20 ms, ramp: 5 ms, shift: [1 cm, 2 cm, 0 cm], angle: 90 deg, axis: [0, 0, 3]}
+          - {duration: 20 ms, ramp: 5 ms, angle: 1 rad, tips: [1, 0, 0]}
+  - name: hinge
+    parent: wall
+    joint: {type: revolute, axis: [1, 1, 0], damping: 0.2 N*m*s/rad, stiffness: 0.1 N*m/rad, rest: 5 deg,
+            limits: {lower: -90 deg, upper: 40 deg, stiffness: 2 N*m/rad, damping: 0.1 s/rad, width: 1 deg},
+            actuator: {type: force, limit: 0.06 N*m}}
+    inertia: {type: explicit, mass: 3 g, center: [1 mm, 2 mm, 3 mm],
+              moments: [3e-6 kg*m^2, 3e-6 kg*m^2, 3e-6 kg*m^2], products: [1e-7 kg*m^2, 0 kg*m^2, 0 kg*m^2]}
+    initial: {angle: 45 deg, rate: 1 rad/s}
+  - name: slider
+    parent: hinge
+    joint: {type: prismatic, axis: [0, 0, 2], damping: 3 N*s/m, stiffness: 4 N/m, rest: 5 mm,
+            limits: {lower: -1 cm, upper: 1 mm, stiffness: 200 N/m, damping: 2 s/m, width: 1 mm},
+            actuator: {type: position, limit: 5 N, stiffness: 80 N/m, damping: 1 N*s/m, lower: -9 mm, upper: 9 mm}}
+    shape: {type: sphere, radius: 1 cm}
+    inertia: {type: solid, mass: 1 g}
+    initial: {displacement: 3 mm, speed: 1 mm/s}
+  - name: swivel
+    parent: slider
+    joint: {type: ball, damping: 0.1 N*m*s/rad, stiffness: 0.2 N*m/rad, rest_rpy: [1 deg, 2 deg, 3 deg]}
+    shape: {type: sphere, radius: 1 cm}
+    inertia: {type: solid, mass: 1 g}
+    initial: {orientation_rpy: [10 deg, 20 deg, 30 deg], angular_velocity: [1 rad/s, 2 rad/s, 3 rad/s]}
+  - name: puck
+    joint: {type: planar, linear_damping: 1 N*s/m, angular_damping: 1 N*m*s/rad}
+    shape: {type: sphere, radius: 1 cm}
+    inertia: {type: solid, mass: 1 g}
+    initial: {position: [50 mm, 2 mm], angle: 3 deg, velocity: [4 mm/s, 5 mm/s], angular_velocity: 6 deg/s}
+  - name: brick
+    joint: {type: free}
+    shape: {type: box, size: [29 mm, 8 mm, 9 mm], rounding: 1 mm, center: [15 mm, 0 mm, 0 mm]}
+    inertia: {type: solid, mass: 1.5 g}
+    initial: {position: [0 mm, 60 mm, 4.4 mm]}
+  - name: pill
+    joint: {type: free}
+    shape: {type: capsule, radius: 4 mm, length: 2 cm, center: [0 mm, 0 mm, 1 cm]}
+    inertia: {type: density, density: 1 g/cm^3}
+    initial: {position: [0 mm, 60 mm, 12.5 mm], orientation_rpy: [90 deg, 0 deg, 0 deg]}
+  - name: pea
+    joint: {type: free}
+    shape: {type: sphere, radius: 7 mm}
+    inertia: {type: solid, mass: 1.4 g}
+    initial: {position: [0 mm, 6.9 mm, 7 mm], velocity: [1 mm/s, 2 mm/s, 3 mm/s],
+              angular_velocity: [1 rad/s, 0 rad/s, 0 rad/s]}
+ropes:
+  - name: cord
+    links: 3
+    pitch: 20 mm
+    thickness: 4 mm
+    rounding: 1 mm
+    link_mass: 1 g
+    initial: {type: straight, start: [100 mm, 0 mm, 30 mm], direction: [0, 2, 0]}
+contacts:
+  - {bodies: [pea, ground], stiffness: 3e7 N/m^3, damping: 10 s/m, friction: 0.4, rolling_resistance: 0.03,
+     slip_speed: 1 mm/s}
+  - {bodies: [pea, tool], stiffness: 3e7 N/m^3, damping: 10 s/m, friction: 0.4, stick_distance: 20 um}
+  - {bodies: [brick, ground], stiffness: 1e8 N/m^3, damping: 2 s/m, friction: 0.4, stick_distance: 20 um}
+  - {bodies: [brick, pill], stiffness: 1e8 N/m^3, friction: 0.2}
+  - {bodies: [brick, tool], stiffness: 1e8 N/m^3}
+  - {bodies: [pill, tool], stiffness: 1e8 N/m^3}
+  - {bodies: [cord, brick], stiffness: 1e8 N/m^3}
+grips:
+  - {body: hand, point: [1 mm, 2 mm, 3 mm], held: cord, held_point: [50 mm, 1 mm, 0 mm], stiffness: 200 N/m,
+     damping: 0.1 N*s/m, limit: 2 N, from: 4 ms, until: 12 ms}
+  - {body: wall, held: pill, stiffness: 10 N/m, until: 2 s}
+design:
+  parameters:
+    - {name: width, initial: 40 mm, lower: 30 mm, upper: 50 mm}
+  bodies:
+    - name: tool
+      mesh: box.obj
+      cage: cage.obj
+      mesh_unit: 1 mm
+      vertex_groups: [{name: right, vertices: [4, 5, 6, 7]}]
+      moves: [{parameter: width, group: right, direction: [1, 0, 0]}]
+rollout: {horizon: 16 ms, step: 4 ms, integrator: bdf2, newton_tolerance: 1e-10, newton_max_iterations: 30}
+loss:
+  task:
+    - {type: crossing, body: pea, axis: y, at: 7 mm, opening_axis: x, opening_center: 1 mm, opening_half_width: 0.1 mm,
+       weight: 2, length_unit: 1 cm, shortfall_weight: 3, shortfall_scale: 4 cm}
+    - {type: height_hold, rope: cord, sample_period: 4 ms, from: 4 ms, until: 16 ms, carried_by: hand,
+       normalize: mean, weight: 2, length_unit: 1 cm}
+    - {type: control_cost, weight: 0.1}
+    - {type: point_target, body: pill, point: [0 mm, 0 mm, 1 cm], sample_period: 4 ms, weight: 10, length_unit: 1 cm,
+       targets: [{from: 0 s, position: [1 cm, 2 cm, 3 cm]}, {from: 8 ms, position: [0 m, 0 m, 1 m]}]}
+  distillation:
+    - {type: position_match, body: pea, axes: [x, y], sample_period: 8 ms, normalize: mean, weight: 5,
+       length_unit: 1 cm}
+    - {type: height_match, rope: cord, sample_period: 4 ms, until: 16 ms, normalize: mean, length_unit: 1 cm}
+success: {type: crosses_opening, body: pea, axis: y, at: 7 mm, opening_axis: x, opening_half_width: 20 mm}
+controls: {actuators: [slider, hinge], interval: 8 ms, initial: 0.5}
+)";
+
+// A box, in millimetres; its vertices 4 to 7 (from 0) are those at x1.
+std::string MakeBoxObj(int x0, int x1, int y0, int y1, int z0, int z1) {
+  std::string text;
+  for (const int x : {x0, x1}) {
+    for (const auto& [y, z] : {std::pair{y0, z0}, {y1, z0}, {y1, z1}, {y0, z1}}) {
+      text += "v " + std::to_string(x) + " " + std::to_string(y) + " " + std::to_string(z) + "\n";
+    }
+  }
+  for (const char* face :
+       {"1 3 2", "1 4 3", "5 6 7", "5 7 8", "1 2 6", "1 6 5", "4 8 7", "4 7 3", "2 3 7", "2 7 6", "1 5 8", "1 8 4"}) {
+    text.append("f ").append(face).append("\n");
+  }
+  return text;
+}
+
+ParseResult Parse(const std::vector<std::string>& overrides) { return ParseScene(kScene, "f.yaml", overrides); }
+
+RolloutModel MakeModel(const Scene& scene) {
+  return RolloutModel({{kScenarioFileName, DumpScene(scene)},
+                       {"box.obj", MakeBoxObj(-20, 20, -12, 0, 0, 20)},
+                       {"cage.obj", MakeBoxObj(-21, 21, -13, 1, -1, 21)}});
+}
+
+RolloutInput MakeInput(const RolloutModel& model, double value) {
+  RolloutInput input;
+  input.theta = model.design()->initial_theta();
+  input.controls = Eigen::VectorXd::Constant(model.num_controls(), 0.5);
+  input.variation = {value};
+  return input;
+}
+
+// Asks for the loss that the number belongs to, with its gradient.
+void ExpectSound(RolloutModel* model, const std::string& key, double value) {
+  RolloutInput input = MakeInput(*model, value);
+  if (key.starts_with("loss.distillation")) {
+    input.theta_reference = input.theta;
+    input.theta[0] += 1e-3;
+    input.controls_reference = input.controls;
+  }
+  try {
+    const RolloutOutput output = model->Run(input, {});
+    const SimulationCertificate& certificate = output.certificate;
+    if (!certificate.converged) EXPECT_FALSE(output.success) << key << " = " << value;
+    if (!certificate.finite || !certificate.converged) return;
+    EXPECT_TRUE(std::isfinite(output.loss)) << key << " = " << value;
+    EXPECT_TRUE(output.gradient.allFinite() && output.control_gradient.allFinite()) << key << " = " << value;
+  } catch (const std::invalid_argument& refusal) {
+    EXPECT_NE(std::string(refusal.what()).find(key), std::string::npos) << key << ": " << refusal.what();
+  }
+}
+
+class ExtremeValues : public testing::TestWithParam<std::string> {};
+
+TEST_P(ExtremeValues, AreRefusedOrComeOutSound) {
+  const std::string key = GetParam();
+  Scene nominal = Parse({}).scene;
+  const NumericKey number = [&] {
+    for (const NumericKey& k : ListNumericKeys(nominal)) {
+      if (k.path == key) return k;
+    }
+    throw std::logic_error("no number " + key);
+  }();
+  const std::string value = FormatQuantity(*number.value, number.dimension);
+  const ParseResult varied =
+      Parse({"variation=[{key: \"" + key + "\", distribution: uniform, lower: " + value + ", upper: " + value + "}]"});
+  ASSERT_TRUE(varied.ok()) << varied.FormatErrors();
+  RolloutModel model = MakeModel(varied.scene);
+  const double own = *number.value;
+  ExpectSound(&model, key, own);
+  for (const double extreme : {0.0, 1e-308, 1e-30, 1e-4, 1.0, 1e4, 1e30, 1e308}) {
+    ExpectSound(&model, key, extreme);
+    ExpectSound(&model, key, -extreme);
+  }
+  for (const double factor : {-1.0, 1e-3, 0.4, 2.1, 1e3}) ExpectSound(&model, key, factor * own);
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> exponent(-15.0, 15.0);
+  for (int i = 0; i < 3; ++i) ExpectSound(&model, key, (i % 2 == 0 ? 1.0 : -1.0) * std::pow(10.0, exponent(random)));
+}
+
+std::vector<std::string> ListVaryingKeys() {
+  std::vector<std::string> keys;
+  Scene scene = Parse({}).scene;
+  for (const NumericKey& key : ListNumericKeys(scene)) {
+    if (MayVary(key.path)) keys.push_back(key.path);
+  }
+  return keys;
+}
+
+INSTANTIATE_TEST_SUITE_P(EveryKey, ExtremeValues, testing::ValuesIn(ListVaryingKeys()), [](const auto& the_case) {
+  std::string name = the_case.param;
+  for (char& c : name) {
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
+  }
+  return name;
+});
+
+TEST(ExtremeValuesScene, IsValidAndTouches) {
+  const ParseResult result = Parse({});
+  ASSERT_TRUE(result.ok()) << result.FormatErrors();
+  EXPECT_GT(ListVaryingKeys().size(), 150u);
+  RolloutModel model = MakeModel(Parse({"variation=[{key: \"gravity[2]\", distribution: uniform, lower: -9.81 m/s^2, "
+                                        "upper: -9.81 m/s^2}]"})
+                                     .scene);
+  const RolloutOutput output = model.Run(MakeInput(model, -9.81), {});
+  EXPECT_TRUE(output.certificate.converged);
+  EXPECT_TRUE(output.certificate.finite);
+  EXPECT_NE(output.gradient.norm(), 0.0);
+  EXPECT_NE(output.control_gradient.norm(), 0.0);
+}
+
+}  // namespace
+}  // namespace knap
