@@ -16,7 +16,8 @@ namespace knap {
 nlohmann::ordered_json MakeGradientCheckJson(const GradientCheckReport& report, const Problem& problem,
                                              const GradientCheckOptions& options);
 
-// "draw 3: agreed, relative error 1.2e-09", "draw 4: flagged, gradient not reliable", for the moment at which it is known.
+// "draw 3: agreed, relative error 1.2e-09", "draw 4: flagged, gradient not reliable", for the moment at which it is
+// known.
 std::string FormatVerdict(const CheckedRollout& rollout);
 
 // Counts, the worst rollouts with their worst parameters, what failed. `rollout_command` is what runs one rollout of

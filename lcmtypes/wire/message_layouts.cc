@@ -50,7 +50,7 @@ void CleanTexts(rollout_result_t* message) {
 }
 
 void Scan(const rollout_result_t*, WireScanner* scanner) {
-  scanner->Skip(9 * kScalar64 + 9 * kScalar32);
+  scanner->Skip(10 * kScalar64 + 9 * kScalar32);
   for (int i = 0; i < 2; ++i) scanner->TakeCount(kMaxValues);  // gradient size and first index
   const std::size_t values = scanner->TakeCount(kValuesPerPart);
   scanner->Skip(kId + values * kScalar64);

@@ -22,8 +22,8 @@ struct Widened {
   double e;
   Vector3d gradient;
   Matrix3d hessian;
-  Vector3d contact;      // x_C
-  Matrix3d contact_dx;   // its derivative in x
+  Vector3d contact;     // x_C
+  Matrix3d contact_dx;  // its derivative in x
 };
 
 // An energy's slope and curvature in e.

@@ -4,12 +4,13 @@
 // of radius r at x touches, ρ = r + r_S, R = r r_S/ρ, b the lesser of r and r_S (against a half-space R = b = r),
 //
 //   U = E [ ∫_axis b e² ds + ½ Σ_ends u(e) ]        e = (ρ² − d²)/(2ρ), d the distance from S's axis;  e = r − z
-//   u = π R e³/3                                     against a half-space exactly a ball's: u' = volume below the plane,
-//                                                    π e² (r − e/3) up to e = 2 r, then 4/3 π r³
+//   u = π R e³/3      against a half-space exactly a ball's: u' = volume below the plane, π e² (r − e/3) up to
+//                     e = 2 r, then 4/3 π r³
 //
 // A ball's two ends fall together. U hangs on where the axis is alone: nothing brakes a bar along its own axis. Exact:
 // the integrands are polynomials between a few breakpoints. Two round bodies meet with half of E in either direction,
-// so that neither is special. Contact acts at x_C = (r_S x + r y)/ρ, y the nearest point of S's axis; below x on a plane.
+// so that neither is special. Contact acts at x_C = (r_S x + r y)/ρ, y the nearest point of S's axis; below x on a
+// plane.
 #pragma once
 
 #include <Eigen/Core>

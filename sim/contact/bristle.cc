@@ -72,8 +72,7 @@ void PullBackBristleStep(const BristleStep& step, const Bristle& s, const Bristl
   // The slip along ŷ moves with s, and with ŷ itself.
   const double bar_slip = bar_l * step.dl_dslip * step.h;
   const Bristle bar_along = step.factor * length * bar_z + bar_slip * s;
-  const Bristle bar_y =
-      bar_l * step.dl_dy * along + (bar_along - along.dot(bar_along) * along) / length;
+  const Bristle bar_y = bar_l * step.dl_dy * along + (bar_along - along.dot(bar_along) * along) / length;
   *bar_z0 += bar_y;
   *bar_s += step.h * bar_y + bar_slip * along;
 }

@@ -22,10 +22,10 @@ struct BristleStep {
   // Kept for the derivatives.
   Bristle y;
   double h = 0.0;
-  double factor = 1.0;       // l/|y|
-  double dl_dy = 1.0;        // of l in |y| and in the slip along ŷ, h (s·ŷ)₊
+  double factor = 1.0;  // l/|y|
+  double dl_dy = 1.0;   // of l in |y| and in the slip along ŷ, h (s·ŷ)₊
   double dl_dslip = 0.0;
-  double slip = 0.0;         // s·ŷ
+  double slip = 0.0;  // s·ŷ
 };
 
 // h ≥ 0, bound > 0.

@@ -1,8 +1,8 @@
 // All contacts of a scene: pairs of shapes on two bodies, as wrenches with derivatives; and its grips (grip.h).
 //
 // Each pair becomes one or two sides, a body in another's depth field (contact_side.h); each side has a patch in every
-// cell of the field, and each patch one law of dissipation (patch_law.h). The elastic part is the gradient of an energy,
-// C¹ in poses and in the vertices of meshes and the same for every triangulation.
+// cell of the field, and each patch one law of dissipation (patch_law.h). The elastic part is the gradient of an
+// energy, C¹ in poses and in the vertices of meshes and the same for every triangulation.
 //
 // Between steps every patch in contact keeps a bristle (bristle.h), expressed in the frame of the field's body. Either
 // body may move; where both do, cross() of the dynamics couples them.
@@ -11,8 +11,8 @@
 #include <Eigen/Dense>
 #include <vector>
 
-#include "sim/contact/grip.h"
 #include "sim/contact/contact_side.h"
+#include "sim/contact/grip.h"
 #include "sim/contact/pair_wrench.h"
 #include "sim/contact/patch_law.h"
 #include "sim/multibody/dynamics.h"
@@ -86,9 +86,9 @@ class ContactModel {
   };
   // One side at the last evaluation.
   struct SideState {
-    std::vector<PatchIntegrals> patches;    // one a cell
+    std::vector<PatchIntegrals> patches;  // one a cell
     std::vector<PatchJacobian> jacobians;
-    std::vector<Touch> touches;             // the first num_touches of them, in the order of their cells
+    std::vector<Touch> touches;  // the first num_touches of them, in the order of their cells
     int num_touches = 0;
     PairWrench wrench;
   };

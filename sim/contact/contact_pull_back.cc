@@ -17,8 +17,7 @@ ContactModel::Cotangents ContactModel::MakeCotangents(int num_bodies) const {
   return out;
 }
 
-Vector6d ContactModel::PullBackTouch(const Vector6d& bar_F, const Bristle& bar_bristle, Touch* touch,
-                                     Cotangents* out) {
+Vector6d ContactModel::PullBackTouch(const Vector6d& bar_F, const Bristle& bar_bristle, Touch* touch, Cotangents* out) {
   Vector6d bar_nu = Vector6d::Zero();
   Bristle bar_previous = Bristle::Zero();
   touch->law.PullBack(bar_F, bar_bristle, &touch->bar, &bar_nu, &bar_previous);

@@ -157,12 +157,10 @@ NearFacets::NearFacets(const ContactSide& side) {
     found_.reserve(side.facets->facets().size());
   }
   if (const auto* round = std::get_if<RoundField>(&side.field)) {
-    const Vector3d reach =
-        Vector3d::Constant(round->radius) + (round->half_length * round->axis).cwiseAbs();
+    const Vector3d reach = Vector3d::Constant(round->radius) + (round->half_length * round->axis).cwiseAbs();
     field_ = AlignedBox3d(round->center - reach, round->center + reach);
     radius_S_ = (1.0 + 1e-9) * (round->half_length + round->radius);
-  } else if (const PolyhedralField& polyhedron = std::get<PolyhedralField>(side.field);
-             polyhedron.planes.size() == 6) {
+  } else if (const PolyhedralField& polyhedron = std::get<PolyhedralField>(side.field); polyhedron.planes.size() == 6) {
     Vector3d high;
     Vector3d low;
     for (int i = 0; i < 3; ++i) {
@@ -221,8 +219,7 @@ void CalcPatches(const ContactSide& side, NearFacets* near, const Pose& X_SB, st
     axis.direction = X_SB.R * axis.direction;
     CalcAxis(axis, side.field, &(*patches)[0], jacobians == nullptr ? nullptr : &(*jacobians)[0]);
   } else {
-    ForNearFacets(side, near, X_SB,
-                  [&](int, const Facet& facet) { AddFacet(facet, side.field, patches, jacobians); });
+    ForNearFacets(side, near, X_SB, [&](int, const Facet& facet) { AddFacet(facet, side.field, patches, jacobians); });
   }
   for (std::size_t cell = 0; cell < cells; ++cell) {
     PatchIntegrals& patch = (*patches)[cell];

@@ -35,11 +35,11 @@ struct ContactPair {
 };
 
 struct ContactSide {
-  int pair = 0;          // the contact it belongs to
-  int body = 0;          // A
-  int field_body = 0;    // S
-  int first_id = 0;      // of its patches, one a cell, which number all bristles of a model
-  double modulus = 0.0;  // E's share [N/m³]
+  int pair = 0;                 // the contact it belongs to
+  int body = 0;                 // A
+  int field_body = 0;           // S
+  int first_id = 0;             // of its patches, one a cell, which number all bristles of a model
+  double modulus = 0.0;         // E's share [N/m³]
   double rolling_radius = 0.0;  // 0: no rolling resistance
   double size = 0.0;            // the least half width of what meets [m]
   double deepest = 0.0;         // the e at which the thinner of the two is used up [m]

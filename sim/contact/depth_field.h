@@ -3,8 +3,8 @@
 //   half-space, box    e = min_i (d_i − n_i·x) over its faces; a cell is where one face is nearest, and e linear there
 //   sphere, capsule    e = (r² − |P (x − c)|²)/(2 r), |P (x − c)| the distance from the axis or its nearer end
 //
-// The energy of a body B in the field of a body S is E ∫_{B∩S} e dV, so that by the divergence theorem B's surface feels
-// the pressure E e. On round shapes e is the depth to first order, r/2 at the middle.
+// The energy of a body B in the field of a body S is E ∫_{B∩S} e dV, so that by the divergence theorem B's surface
+// feels the pressure E e. On round shapes e is the depth to first order, r/2 at the middle.
 #pragma once
 
 #include <Eigen/Core>

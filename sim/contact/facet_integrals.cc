@@ -185,8 +185,8 @@ void ForRegions(const Facet& facet, const Vector3d& n, const RoundField& field, 
     region.num_walls = 0;
     if (MakeRoundRegion(cap, n, field, c, false, &region)) use(0, region);
   }
-  const SpacePolygon middle = Clip(Clip(whole, field.axis, at + field.half_length, -1), -field.axis,
-                                   -(at - field.half_length), -1);
+  const SpacePolygon middle =
+      Clip(Clip(whole, field.axis, at + field.half_length, -1), -field.axis, -(at - field.half_length), -1);
   if (MakeRoundRegion(middle, n, field, field.center, true, &region)) use(0, region);
 }
 

@@ -1,6 +1,7 @@
 // The wrench between two bodies and its derivatives in both bodies' perturbations.
 //
-// F is the wrench on B (of a contact the touching body, of a grip the held one) about So in S, as a function of the relative motion alone: of the
+// F is the wrench on B (of a contact the touching body, of a grip the held one) about So in S, as a function of
+// the relative motion alone: of the
 // perturbation e of B's place (a spatial displacement in S) at fixed nu, and of nu, the twist of B relative to S. With
 // Y the matrix of X_BS, which takes twists of B to S,
 //

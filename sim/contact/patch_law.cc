@@ -98,8 +98,7 @@ void PatchLaw::PullBack(const Vector6d& bar_wrench, const Bristle& bar_bristle, 
   const Vector3d bar_f = bar_wrench.tail<3>() + bar_M.cross(c_);
   Vector3d bar_c = N_d * tau_.head<3>().cross(bar_M);
   const double twist = k_ * tau_(3);
-  const double bar_N_d =
-      tau_.head<3>().dot(bar_f) + (twist * n_ + rock_ + roll_).dot(bar_M);
+  const double bar_N_d = tau_.head<3>().dot(bar_f) + (twist * n_ + rock_ + roll_).dot(bar_M);
   Bristle bar_tau;
   bar_tau << N_d * bar_f, N_d * k_ * n_.dot(bar_M);
   double bar_k = N_d * tau_(3) * n_.dot(bar_M);

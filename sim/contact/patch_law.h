@@ -3,7 +3,7 @@
 // All in the field's frame S. F, M elastic; N = |F|, n = F/N, c = m1/W, Q = m2/W − c cᵀ; (w, v0) the twist of the
 // touching body B relative to S about So, u = v0 + w × c, and k the lever of a twist about n:
 //
-//   D = ramp(1 − d n·u)                                     Hunt-Crossley damping, never adhesive [Hunt & Crossley 1975]
+//   D = ramp(1 − d n·u)            Hunt-Crossley damping, never adhesive [Hunt & Crossley 1975]
 //   rocking    −D N d J w/√(1 + d² w·J w)                    J = mean of (r × n)(r × n)ᵀ, r = x − c
 //   slip       s = ((I − n nᵀ) u, k w·n)                     k = (2√2/3) √tr Q: a disc's bound of torsion is 2/3 μ N R
 //   bristle    z: bristle.h, of bound z_s;  tau = −μ z/z_s
@@ -15,8 +15,8 @@
 // against a pressure's own integral. One law a patch and not a point: summed over points with normals of their own, it
 // would brake a frictionless bar on ridges, and give 1.41 μ N in a groove of 45°.
 //
-// A bristle is carried from step to step in S. It fades out where N falls below N_light, so that letting go of a surface
-// and touching it again is smooth.
+// A bristle is carried from step to step in S. It fades out where N falls below N_light, so that letting go of a
+// surface and touching it again is smooth.
 #pragma once
 
 #include <Eigen/Core>
@@ -66,7 +66,7 @@ class PatchLaw {
   // As named in the header.
   double N_ = 0.0, D_ = 0.0, dD_ = 0.0, k_ = 0.0, w_n_ = 0.0, u_n_ = 0.0;
   double rocking_root_ = 1.0;
-  double slow_ = 1.0;     // √(|s|² + v_s²)
+  double slow_ = 1.0;  // √(|s|² + v_s²)
   double rolling_root_ = 1.0;
   double fade_ = 0.0, dfade_ = 0.0;
   Eigen::Vector3d n_, c_, u_, s_t_, p_, Qp_, rock_, w_t_, roll_;

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "sim/contact/make_sides.h"
+#include "sim/contact/contact_side.h"
 #include "sim/integrators/state_cotangent.h"
 #include "sim/multibody/dynamics.h"
 

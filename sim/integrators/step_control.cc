@@ -51,10 +51,7 @@ StepControl::Ball StepControl::Enclose(const ContactGeometry& shape) {
                    return Ball{false, false, s.center, s.half.norm(), s.half.minCoeff()};
                  },
                  [](const MeshGeometry& s) {
-                   Eigen::AlignedBox3d box;
-                   for (const TriangleFrame& frame : s.mesh->frames()) {
-                     for (const Vector3d& v : frame.v) box.extend(v);
-                   }
+                   const Eigen::AlignedBox3d& box = s.mesh->bounds();
                    return Ball{false, false, box.center(), 0.5 * box.diagonal().norm(), 0.5 * box.sizes().minCoeff()};
                  }},
       shape);

@@ -20,7 +20,7 @@
 #include <Eigen/Dense>
 #include <vector>
 
-#include "sim/contact/make_sides.h"
+#include "sim/contact/contact_side.h"
 #include "sim/multibody/dynamics.h"
 
 namespace knap {

@@ -75,8 +75,7 @@ SceneDesign::SceneDesign(const Scene& scene, const std::map<std::string, std::st
   }
   for (const DesignedBody& body : design.bodies) {
     names_.push_back(body.name);
-    parts_.emplace(body.name,
-                   Part{MakeCageDesign(design, body, initial_theta_, files), Touches(scene, body.name)});
+    parts_.emplace(body.name, Part{MakeCageDesign(design, body, initial_theta_, files), Touches(scene, body.name)});
   }
 }
 

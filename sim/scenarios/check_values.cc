@@ -133,7 +133,6 @@ class ValueChecker {
     }
   }
 
-  // What touches as a shape of numbers: of a rope, one link. Empty for anything else.
   void CheckContact(std::size_t i) {
     const auto& [first, second] = scene_.contacts[i].bodies;
     const auto count = [&](const std::string& name) {

@@ -58,7 +58,8 @@ class EngineService : public RolloutService {
                                                  [](std::int64_t, std::int64_t) {});
       EXPECT_EQ(answer.error, "");
       RolloutOutcome outcome{.loss = answer.loss, .success = answer.success, .gradient = answer.gradient};
-      outcome.certificate = {.finite = answer.finite, .converged = answer.converged, .gradient_reliable = answer.gradient_reliable};
+      outcome.certificate = {
+          .finite = answer.finite, .converged = answer.converged, .gradient_reliable = answer.gradient_reliable};
       outcomes.push_back(outcome);
     }
     return outcomes;

@@ -230,10 +230,19 @@ TEST(ContactEnergyTest, ClosedPathsOfPosesCostNothing) {
   const BoxGeometry box{{0.01, 0.006, 0.008}, {0.001, 0.0, 0.0}};
   const SphereGeometry sphere{0.007, {0.0, 0.001, 0.0}};
   const CapsuleGeometry capsule{0.005, 0.012, {0.0, 0.0, 0.001}};
-  const std::vector<std::array<ContactGeometry, 2>> pairs = {
-      {box, HalfSpaceGeometry{}}, {mesh, HalfSpaceGeometry{}}, {sphere, HalfSpaceGeometry{}},
-      {capsule, HalfSpaceGeometry{}}, {box, box}, {mesh, box}, {mesh, sphere}, {mesh, capsule}, {box, sphere},
-      {box, capsule}, {sphere, sphere}, {capsule, sphere}, {capsule, capsule}};
+  const std::vector<std::array<ContactGeometry, 2>> pairs = {{box, HalfSpaceGeometry{}},
+                                                             {mesh, HalfSpaceGeometry{}},
+                                                             {sphere, HalfSpaceGeometry{}},
+                                                             {capsule, HalfSpaceGeometry{}},
+                                                             {box, box},
+                                                             {mesh, box},
+                                                             {mesh, sphere},
+                                                             {mesh, capsule},
+                                                             {box, sphere},
+                                                             {box, capsule},
+                                                             {sphere, sphere},
+                                                             {capsule, sphere},
+                                                             {capsule, capsule}};
   Random random(5);
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     ContactPair pair;

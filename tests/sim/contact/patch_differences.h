@@ -47,7 +47,9 @@ inline void ExpectJacobian(const PatchJacobian& jacobian, const Pose& X_SB, doub
       const double least = value.segment(first, count).cwiseAbs().maxCoeff() / (column == 0 ? 1.0 : 0.01);
       const double scale = std::max({least, a.cwiseAbs().maxCoeff(), b.cwiseAbs().maxCoeff()});
       EXPECT_LE((a - b).cwiseAbs().maxCoeff(), tolerance * scale)
-          << "rows from " << first << ", columns from " << column << "\n" << a << "\n\n" << b;
+          << "rows from " << first << ", columns from " << column << "\n"
+          << a << "\n\n"
+          << b;
     }
   }
 }

@@ -144,7 +144,7 @@ TEST(BoxOnMesh, StiffnessDoesNotHangOnTheTriangulation) {
       forces.push_back(contacts.reports()[0].f_W.z());
     }
     EXPECT_GT(forces[1], 1e-7);
-    // An edge or a corner has another pressure in the box's own field than in the plane's; cutting faces changes nothing.
+    // An edge has another pressure in the box's own field than in the plane's; cutting faces changes nothing.
     for (std::size_t i = 2; i < forces.size(); ++i) {
       EXPECT_NEAR(forces[i] / forces[1], 1.0, 1e-10) << "mesh " << i << ", turn " << turn.transpose();
     }

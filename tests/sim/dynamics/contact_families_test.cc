@@ -57,9 +57,9 @@ TriangleMesh MakeRidges() {
     for (const double y : {-0.03, 0.03}) {
       mesh.vertices.insert(mesh.vertices.end(), {{x - 0.008, y, -0.008}, {x + 0.008, y, -0.008}, {x, y, 0.0}});
     }
-    for (const Eigen::Vector3i& t : {Eigen::Vector3i(0, 1, 2), Eigen::Vector3i(5, 4, 3), Eigen::Vector3i(0, 3, 4),
-                                     Eigen::Vector3i(0, 4, 1), Eigen::Vector3i(1, 4, 5), Eigen::Vector3i(1, 5, 2),
-                                     Eigen::Vector3i(2, 5, 3), Eigen::Vector3i(2, 3, 0)}) {
+    for (const Eigen::Vector3i& t :
+         {Eigen::Vector3i(0, 1, 2), Eigen::Vector3i(5, 4, 3), Eigen::Vector3i(0, 3, 4), Eigen::Vector3i(0, 4, 1),
+          Eigen::Vector3i(1, 4, 5), Eigen::Vector3i(1, 5, 2), Eigen::Vector3i(2, 5, 3), Eigen::Vector3i(2, 3, 0)}) {
       mesh.triangles.push_back(t + Eigen::Vector3i::Constant(first));
     }
   }
@@ -177,9 +177,8 @@ TEST_P(CubeTest, SagsByItsPressure) {
       const CubeOnStand on(GetParam(), stiffness, Vector3d(beside, 0.5 * beside, 0.01), Vector3d::Zero());
       const Path path = Simulate(on.scene, on.cube, 1e-3, 0.5);
       ASSERT_TRUE(path.converged);
-      const double shared = GetParam() == Stand::kHalfSpace
-                                ? on.kSide * on.kSide
-                                : (on.kSide - beside) * (on.kSide - 0.5 * beside);
+      const double shared =
+          GetParam() == Stand::kHalfSpace ? on.kSide * on.kSide : (on.kSide - beside) * (on.kSide - 0.5 * beside);
       const double sag = on.kMass * kGravity / (stiffness * shared);
       const Vector3d moved = path.X_WB.back().p - Vector3d(beside, 0.5 * beside, 0.01);
       // Beside the middle it leans a little as well.

@@ -72,9 +72,7 @@ std::vector<Case> MakeCases() {
   const Pose floor{};
   const Pose mesh_floor = test::MakeFloorPose(0.04);
   const auto mesh_case = [&](const ContactGeometry& shape, double height, Quaterniond turn, ContactMaterial m) {
-    return [=](const TriangleMesh& mesh) {
-      return OnFloor(shape, test::MakeMesh(mesh), m, height, turn, mesh_floor);
-    };
+    return [=](const TriangleMesh& mesh) { return OnFloor(shape, test::MakeMesh(mesh), m, height, turn, mesh_floor); };
   };
   const auto flat = [](PairScene s) { return [=](const TriangleMesh&) { return s; }; };
   std::vector<Case> cases{
@@ -89,17 +87,14 @@ std::vector<Case> MakeCases() {
       {"SphereOnMeshBristle", mesh_case(kSphere, 0.0098, Turn(0, 0, 0), kBristle), true},
       {"MeshOnHalfSpace",
        [=](const TriangleMesh& mesh) {
-         PairScene s = OnFloor(test::MakeMesh(mesh), HalfSpaceGeometry{}, kBristle, 0.004,
-                               Turn(1.5, 0.1, 0.0), floor);
+         PairScene s = OnFloor(test::MakeMesh(mesh), HalfSpaceGeometry{}, kBristle, 0.004, Turn(1.5, 0.1, 0.0), floor);
          return s;
        },
        true},
       {"MovingMeshAgainstMovingBox",
-       [=](const TriangleMesh& mesh) { return Collide(test::MakeMesh(mesh), kBox, 0.0485, kBristle); },
-       true},
+       [=](const TriangleMesh& mesh) { return Collide(test::MakeMesh(mesh), kBox, 0.0485, kBristle); }, true},
       {"MovingMeshAgainstMovingSphere",
-       [=](const TriangleMesh& mesh) { return Collide(test::MakeMesh(mesh), kSphere, 0.048, kBristle); },
-       true},
+       [=](const TriangleMesh& mesh) { return Collide(test::MakeMesh(mesh), kSphere, 0.048, kBristle); }, true},
       {"TwoBoxes", flat(Collide(kBox, kBox, 0.0165, kBristle))},
       {"TwoBoxesSlip", flat(Collide(kBox, kBox, 0.0165, kSlip))},
       {"TwoSpheres", flat(Collide(kSphere, kSphere, 0.0165, kBristle))},

@@ -18,8 +18,7 @@ constexpr int kStepsPerInterval = 5;
 constexpr int kIntervals = 60;
 
 BoxGeometry MakeShape(const BoxLink& link) {
-  return {0.5 * Vector3d(link.x1 - link.x0, link.width, link.height),
-          Vector3d(0.5 * (link.x0 + link.x1), 0.0, 0.0)};
+  return {0.5 * Vector3d(link.x1 - link.x0, link.width, link.height), Vector3d(0.5 * (link.x0 + link.x1), 0.0, 0.0)};
 }
 
 }  // namespace

@@ -61,11 +61,12 @@ Impact CollideRigidly(const Vector3d& wall_velocity, const Vector3d& v, const Ve
 class ImpactTest : public testing::TestWithParam<double> {};
 
 TEST_P(ImpactTest, ApproachesTheRigidCollision) {
-  // The slip's direction is oblique to the mesh's edges, partly from spin, partly from the wall.
+  // The slip's direction is oblique to the mesh's edges, partly from spin, partly from the wall. Nothing spins about
+  // the normal: a spot of contact resists that, a rigid sphere's point does not.
   const double V = 0.2;
   const double slip = GetParam() * 7.0 * kFriction * V;
   const Vector3d wall(0.05, 0.15, -0.02);
-  const Vector3d w(-0.3 * slip / 0.01, 1.0, 0.2 * slip / 0.01);
+  const Vector3d w(-0.3 * slip / 0.01, 0.0, 0.2 * slip / 0.01);
   const Vector3d v = wall + Vector3d(0.4 * slip, -V, 0.5 * slip);  // slip·(0.6, 0.8) in all
   const Impact rigid = CollideRigidly(wall, v, w);
   double previous = 0.0;

@@ -88,18 +88,5 @@ const RefusedDraw kRefusedDraws[] = {
 INSTANTIATE_TEST_SUITE_P(Draws, Refusal, testing::ValuesIn(kRefusedDraws),
                          [](const testing::TestParamInfo<RefusedDraw>& info) { return info.param.name; });
 
-// Two boxes whose sizes are a factor of 1e5 apart would touch at 1e11 points or more.
-TEST(ApplyVariation, RefusesShapesThatWouldTouchAtTooManyPoints) {
-  const std::vector<std::string> overrides{"contacts[1].bodies=[brick, pea]"};
-  Scene scene = ParseEverything(overrides);
-  scene.variation = {{"bodies.pea.shape.radius", UniformDistribution{}}};
-  try {
-    ApplyVariation(scene, std::vector<double>{1e-7});
-    FAIL() << "allowed";
-  } catch (const std::invalid_argument& e) {
-    EXPECT_NE(std::string(e.what()).find("contacts[1].bodies: brick would touch with"), std::string::npos) << e.what();
-  }
-}
-
 }  // namespace
 }  // namespace knap
