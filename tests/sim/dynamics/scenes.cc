@@ -1,5 +1,6 @@
 #include "tests/sim/dynamics/scenes.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -77,13 +78,21 @@ std::vector<BallSample> RunBall(const BallScene& scene, const SimulationOptions&
 }
 
 double FindRestingHeight(const BallScene& scene, const ContactMaterial& material, double g) {
-  // N(h) = E/(2r²) W h with W = π (r² − h²)²/2 balances the weight.
+  // The volume below a half-space's plane, π d² (r − d/3); on a face of a mesh the ball's depth over the disc,
+  // π (r² − h²)²/(4 r).
   const double r = scene.radius;
+  const auto is_half_space = [](const ContactPair& contact) {
+    return std::holds_alternative<HalfSpaceGeometry>(contact.shapes[0]) ||
+           std::holds_alternative<HalfSpaceGeometry>(contact.shapes[1]);
+  };
+  const bool on_plane = std::any_of(scene.contacts.begin(), scene.contacts.end(), is_half_space);
   double low = 0.9 * r;
   double high = r;
   for (int i = 0; i < 200; ++i) {
     const double h = 0.5 * (low + high);
-    const double N = material.stiffness / (2.0 * r * r) * std::acos(-1.0) / 2.0 * std::pow(r * r - h * h, 2) * h;
+    const double d = r - h;
+    const double volume = on_plane ? d * d * (r - d / 3.0) : std::pow(r * r - h * h, 2) / (4.0 * r);
+    const double N = material.stiffness * std::acos(-1.0) * volume;
     (N > scene.mass * g ? low : high) = h;
   }
   return 0.5 * (low + high);
