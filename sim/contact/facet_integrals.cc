@@ -108,10 +108,27 @@ void ForRegions(const Facet& facet, const Vector3d& n, const PolyhedralField& fi
     if (outside) return;
   }
   const SpacePolygon whole = MakePolygon(facet);
+  // Which cuts there are to make: corners on either side of a plane.
+  const auto count_inside = [&](const Vector3d& w, double b) {
+    int count = 0;
+    for (int k = 0; k < facet.size; ++k) count += b - w.dot(facet.corner[k]) >= 0.0 ? 1 : 0;
+    return count;
+  };
   for (int i = 0; i < static_cast<int>(planes.size()); ++i) {
-    SpacePolygon polygon = Clip(whole, planes[i].n, planes[i].d, -1);
+    SpacePolygon polygon = whole;
     for (int j = 0; j < static_cast<int>(planes.size()) && polygon.size > 0; ++j) {
-      if (j != i) polygon = Clip(polygon, planes[j].n - planes[i].n, planes[j].d - planes[i].d, j);
+      if (j == i) continue;
+      const Vector3d w = planes[j].n - planes[i].n;
+      const double b = planes[j].d - planes[i].d;
+      const int inside = count_inside(w, b);
+      if (inside == 0) {
+        polygon.size = 0;
+      } else if (inside < facet.size) {
+        polygon = Clip(polygon, w, b, j);
+      }
+    }
+    if (polygon.size > 0 && count_inside(planes[i].n, planes[i].d) < facet.size) {
+      polygon = Clip(polygon, planes[i].n, planes[i].d, -1);
     }
     if (polygon.size < 3) continue;
     Region region;
