@@ -19,8 +19,6 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 // A wall that the facet's plane meets under less than this angle has no trace on it [rad].
 constexpr double kAlongWall = 1e-9;
-constexpr std::array<double, 3> kGaussAt = {0.1127016653792583, 0.5, 0.8872983346207417};
-constexpr std::array<double, 3> kGaussWeight = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
 
 // A convex polygon in space; wall k: the inner wall of a cell that edge k lies on, −1 where it is the facet's own or on
 // the field's surface.
@@ -181,7 +179,7 @@ bool MakeRoundRegion(const SpacePolygon& polygon, const Vector3d& n, const Round
       -2.0 * Pt.dot(f.m), -Pm.dot(f.m);
   region->field.e /= 2.0 * r;
   region->field.gradient << -off / r, -Pt / r, -Pm / r;
-  // Of the mean e over the region, three halves: the peak of a paraboloid's is twice its mean, of a ridge's 1.5 times.
+  // Estimated from the mean e over the region: a paraboloid's peak is twice that, a ridge's 1.5 times.
   const double mean = region->field.e.dot(region->moments.MakeGram().col(0)) / region->moments.area();
   region->depth = std::min(2.0 * mean, 0.5 * r);
   return true;
@@ -238,9 +236,9 @@ void ForWalls(const Region& region, const Use& use) {
     const Region::WallEdge& wall = region.walls[k];
     const Vector2d d = wall.end - wall.begin;
     for (int g = 0; g < 3; ++g) {
-      const Vector2d s = wall.begin + kGaussAt[g] * d;
+      const Vector2d s = wall.begin + kEdgeAt[g] * d;
       const double e = region.field.e.dot(Monomials(s));
-      use(s, wall.w, e * kGaussWeight[g] * d.norm() / wall.in_plane);
+      use(s, wall.w, e * kEdgeWeight[g] * d.norm() / wall.in_plane);
     }
   }
 }

@@ -17,6 +17,10 @@
 
 namespace knap {
 
+// Gauss-Legendre on [0, 1] with three points, exact up to the fifth power [Abramowitz & Stegun, 25.4].
+inline constexpr std::array<double, 3> kEdgeAt = {0.1127016653792583, 0.5, 0.8872983346207417};
+inline constexpr std::array<double, 3> kEdgeWeight = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
+
 class PlanarMoments {
  public:
   static constexpr int kDegree = 4;
