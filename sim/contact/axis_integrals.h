@@ -18,15 +18,17 @@
 
 #include "sim/contact/depth_field.h"
 #include "sim/contact/patch_integrals.h"
+#include "sim/math/spatial.h"
 
 namespace knap {
 
-// The round body's axis in S.
+// A round body's axis, in its own frame or in S.
 struct RoundAxis {
   Eigen::Vector3d center;
   Eigen::Vector3d direction;  // unit
   double half_length = 0.0;
   double radius = 0.0;
+  RoundAxis Move(const Pose& X) const { return {X * center, X.R * direction, half_length, radius}; }
 };
 
 // One patch, E left out. S is the half-space below z = 0 where `field` holds a polyhedron. `jacobian` may be null; both

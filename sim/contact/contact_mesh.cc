@@ -1,6 +1,7 @@
 #include "sim/contact/contact_mesh.h"
 
 #include <algorithm>
+#include <array>
 
 namespace knap {
 
@@ -15,7 +16,7 @@ ContactMesh::ContactMesh(const TriangleMesh& mesh)
   facets_.reserve(mesh.triangles.size());
   balls_.reserve(mesh.triangles.size());
   for (const Vector3i& t : mesh.triangles) {
-    AddFacet({3, {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]], Vector3d::Zero()}});
+    AddFacet(std::array{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]});
   }
 }
 
@@ -27,19 +28,20 @@ ContactMesh ContactMesh::MakeBox(const Vector3d& half, const Vector3d& center) {
       const Vector3d n = side * half(i) * Vector3d::Unit(i);
       const Vector3d a = half((i + 1) % 3) * Vector3d::Unit((i + 1) % 3);
       const Vector3d b = side * half((i + 2) % 3) * Vector3d::Unit((i + 2) % 3);
-      box.AddFacet({4, {center + n - a - b, center + n + a - b, center + n + a + b, center + n - a + b}});
+      const Vector3d middle = center + n;
+      box.AddFacet(std::array<Vector3d, 4>{middle - a - b, middle + a - b, middle + a + b, middle - a + b});
     }
   }
   return box;
 }
 
-void ContactMesh::AddFacet(const Facet& facet) {
+void ContactMesh::AddFacet(std::span<const Vector3d> corners) {
   Eigen::AlignedBox3d box;
-  for (int k = 0; k < facet.size; ++k) box.extend(facet.corner[k]);
+  for (const Vector3d& x : corners) box.extend(x);
   Ball ball{box.center(), 0.0};
-  for (int k = 0; k < facet.size; ++k) ball.radius = std::max(ball.radius, (facet.corner[k] - ball.center).norm());
+  for (const Vector3d& x : corners) ball.radius = std::max(ball.radius, (x - ball.center).norm());
   ball.radius *= 1.0 + 1e-9;
-  facets_.push_back(facet);
+  facets_.push_back(Facet::Make(corners));
   balls_.push_back(ball);
 }
 

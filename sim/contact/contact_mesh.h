@@ -3,9 +3,10 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <span>
 #include <vector>
 
-#include "sim/contact/facet_integrals.h"
+#include "sim/contact/facet_regions.h"
 #include "sim/geometry/triangle_bvh.h"
 #include "sim/geometry/triangle_mesh.h"
 
@@ -34,7 +35,7 @@ class ContactMesh {
 
  private:
   ContactMesh() = default;
-  void AddFacet(const Facet& facet);
+  void AddFacet(std::span<const Eigen::Vector3d> corners);
   std::vector<Facet> facets_;
   std::vector<Ball> balls_;
   std::vector<Eigen::Vector3i> triangles_;

@@ -22,8 +22,8 @@ ContactModel::ContactModel(std::vector<ContactPair> contacts, std::vector<GripSp
   for (std::size_t s = 0; s < sides_.size(); ++s) {
     near_.emplace_back(sides_[s]);
     const auto cells = static_cast<std::size_t>(sides_[s].num_cells());
-    states_[s].patches.resize(cells);
-    states_[s].jacobians.resize(cells);
+    states_[s].at.patches.resize(cells);
+    states_[s].at.jacobians.resize(cells);
     states_[s].touches.resize(cells);
   }
   for (const ContactPair& contact : contacts_) {
@@ -53,7 +53,7 @@ void ContactModel::AddSide(std::size_t s, Dynamics* dynamics) {
   state.num_touches = 0;
   if (!near_[s].MayTouch(B.X_WB, S.X_WB)) return;
   const RelativeMotion motion = RelativeMotion::Make(B.X_WB, B.V, S.X_WB, S.V);
-  CalcPatches(side, &near_[s], motion.X_SB, &state.patches, nullptr);
+  CalcPatches(side, &near_[s], motion.X_SB, &state.at);
   state.wrench = PairWrench(motion);
   PatchLawInput input;
   input.material = &material;
@@ -63,7 +63,7 @@ void ContactModel::AddSide(std::size_t s, Dynamics* dynamics) {
   input.nu = motion.nu;
   ContactReport& report = reports_[side.pair];
   for (int cell = 0; cell < side.num_cells(); ++cell) {
-    const PatchIntegrals& patch = state.patches[cell];
+    const PatchIntegrals& patch = state.at.patches[cell];
     if (!patch.active()) continue;
     Touch& touch = state.touches[state.num_touches];
     touch.cell = cell;
@@ -102,7 +102,7 @@ void ContactModel::AddDerivatives(ContactDerivatives derivatives, Dynamics* dyna
     const ContactSide& side = sides_[s];
     SideState& state = states_[s];
     if (state.num_touches == 0) continue;
-    CalcPatches(side, &near_[s], state.wrench.motion().X_SB, &state.patches, &state.jacobians);
+    CalcPatchJacobians(side, &state.at);
     Matrix6d De = Matrix6d::Zero();
     Matrix6d Dnu = Matrix6d::Zero();
     for (int k = 0; k < state.num_touches; ++k) {
@@ -113,7 +113,7 @@ void ContactModel::AddDerivatives(ContactDerivatives derivatives, Dynamics* dyna
         Vector6d bar_nu = Vector6d::Zero();
         Bristle bar_previous = Bristle::Zero();
         touch.law.PullBack(Vector6d::Unit(row), Bristle::Zero(), &bar, &bar_nu, &bar_previous);
-        De.row(row) += bar.Pack().transpose() * state.jacobians[touch.cell];
+        De.row(row) += bar.Pack().transpose() * state.at.jacobians[touch.cell];
         Dnu.row(row) += bar_nu.transpose();
       }
     }

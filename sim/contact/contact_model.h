@@ -86,8 +86,7 @@ class ContactModel {
   };
   // One side at the last evaluation.
   struct SideState {
-    std::vector<PatchIntegrals> patches;  // one a cell
-    std::vector<PatchJacobian> jacobians;
+    SidePatches at;
     std::vector<Touch> touches;  // the first num_touches of them, in the order of their cells
     int num_touches = 0;
     PairWrench wrench;

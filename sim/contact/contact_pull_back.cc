@@ -38,7 +38,7 @@ void ContactModel::PullBackBristles(const std::vector<Bristle>& bar_bristles, Co
     for (int k = 0; k < state.num_touches; ++k) {
       Touch& touch = state.touches[k];
       bar_nu += PullBackTouch(Vector6d::Zero(), bar_bristles[next++], &touch, out);
-      bar_e += state.jacobians[touch.cell].transpose() * touch.bar.Pack();
+      bar_e += state.at.jacobians[touch.cell].transpose() * touch.bar.Pack();
     }
     if (state.num_touches == 0) continue;
     const Pose X_BS = state.wrench.motion().X_BS();
@@ -69,7 +69,7 @@ void ContactModel::PullBackWrenches(const std::vector<Vector6d>& bar_wrench, con
       PullBackTouch(bar_F, Bristle::Zero(), &touch, out);
       bar[touch.cell] = touch.bar;
     }
-    if (side.is_designed) PullBackVertices(side, &near_[s], motion.X_SB, bar, &out->vertices[side.pair]);
+    if (side.is_designed) PullBackVertices(side, state.at, bar, &out->vertices[side.pair]);
   }
 }
 

@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "sim/contact/facet_integrals.h"
+
 namespace knap {
 
 using Eigen::AlignedBox3d;
@@ -72,12 +74,6 @@ ContactSide MakeSide(const ContactPair& contact, int touching, double share) {
   return side;
 }
 
-Facet Move(const Facet& facet, const Pose& X) {
-  Facet out = facet;
-  for (int k = 0; k < facet.size; ++k) out.corner[k] = X * facet.corner[k];
-  return out;
-}
-
 // Whether a ball in S may reach the field.
 bool MayReach(const PolyhedralField& field, const Vector3d& center, double radius) {
   for (const FieldPlane& plane : field.planes) {
@@ -93,24 +89,24 @@ bool MayReach(const RoundField& field, const Vector3d& center, double radius) {
   return (x - along * field.axis).squaredNorm() < reach * reach;
 }
 
-// Whether a facet's plane meets a sphere; other fields are left to what cuts the facet.
-bool PlaneMayReach(const DepthField& field, const Facet& facet) {
-  const auto* round = std::get_if<RoundField>(&field);
-  if (round == nullptr || round->half_length > 0.0) return true;
-  const Vector3d area = (facet.corner[1] - facet.corner[0]).cross(facet.corner[2] - facet.corner[0]);
-  const double h = area.dot(round->center - facet.corner[0]);
-  return h * h < round->radius * round->radius * area.squaredNorm();
+bool MayReach(const DepthField& field, const Vector3d& center, double radius) {
+  return std::visit([&](const auto& f) { return MayReach(f, center, radius); }, field);
 }
 
-// The facets near the field, ascending, in S: use(i, facet).
-template <class Use>
-void ForNearFacets(const ContactSide& side, NearFacets* near, const Pose& X_SB, const Use& use) {
+// The facets near the field are cut, ascending.
+void CutNearFacets(const ContactSide& side, NearFacets* near, const Pose& X_SB, FacetRegions* out) {
+  out->clear();
+  const ContactMesh& mesh = *side.facets;
+  // A sphere is missed by most planes of the facets around it.
+  const auto* round = std::get_if<RoundField>(&side.field);
+  const bool is_sphere = round != nullptr && round->half_length == 0.0;
+  const Vector3d center_B = is_sphere ? X_SB.ApplyInverse(round->center) : Vector3d::Zero();
   for (const int i : near->Find(side, X_SB)) {
-    const ContactMesh::Ball& ball = side.facets->balls()[i];
-    const Vector3d center = X_SB * ball.center;
-    if (!std::visit([&](const auto& field) { return MayReach(field, center, ball.radius); }, side.field)) continue;
-    const Facet facet = Move(side.facets->facets()[i], X_SB);
-    if (PlaneMayReach(side.field, facet)) use(i, facet);
+    const PlaneFrame& plane = mesh.facets()[i].frame;
+    if (is_sphere && std::abs(plane.n.dot(center_B - plane.o)) > round->radius) continue;
+    const ContactMesh::Ball& ball = mesh.balls()[i];
+    if (MayReach(side.field, X_SB * ball.center, ball.radius))
+      CutFacet(i, Move(X_SB, mesh.facets()[i]), side.field, out);
   }
 }
 
@@ -192,60 +188,73 @@ const std::vector<int>& NearFacets::Find(const ContactSide& side, const Pose& X_
   valid_ = true;
   X_BS_ = X_BS;
   margin_ = 0.25 * side.size;
-  const std::vector<Facet>& facets = side.facets->facets();
   if (infinite) {
     found_.clear();
-    for (int i = 0; i < static_cast<int>(facets.size()); ++i) {
-      bool near = false;
-      for (int k = 0; k < facets[i].size; ++k) near = near || (X_SB * facets[i].corner[k]).z() < margin_;
-      if (near) found_.push_back(i);
+    for (int i = 0; i < static_cast<int>(side.facets->facets().size()); ++i) {
+      const ContactMesh::Ball& ball = side.facets->balls()[i];
+      if ((X_SB * ball.center).z() < ball.radius + margin_) found_.push_back(i);
     }
     return found_;
   }
   const Vector3d half = X_BS.R.cwiseAbs() * (0.5 * field_.sizes()) + Vector3d::Constant(margin_);
   const Vector3d middle = X_BS * field_.center();
   side.facets->FindFacets(AlignedBox3d(middle - half, middle + half), &found_);
+  std::erase_if(found_, [&](int i) {
+    const ContactMesh::Ball& ball = side.facets->balls()[i];
+    return !MayReach(side.field, X_SB * ball.center, ball.radius + margin_);
+  });
   return found_;
 }
 
-void CalcPatches(const ContactSide& side, NearFacets* near, const Pose& X_SB, std::vector<PatchIntegrals>* patches,
-                 std::vector<PatchJacobian>* jacobians) {
-  const auto cells = static_cast<std::size_t>(side.num_cells());
-  patches->assign(cells, PatchIntegrals{});
-  if (jacobians != nullptr) jacobians->assign(cells, PatchJacobian::Zero());
+void CalcPatches(const ContactSide& side, NearFacets* near, const Pose& X_SB, SidePatches* out) {
+  out->X_SB = X_SB;
+  out->patches.assign(static_cast<std::size_t>(side.num_cells()), PatchIntegrals{});
   if (side.axis) {
-    RoundAxis axis = *side.axis;
-    axis.center = X_SB * axis.center;
-    axis.direction = X_SB.R * axis.direction;
-    CalcAxis(axis, side.field, &(*patches)[0], jacobians == nullptr ? nullptr : &(*jacobians)[0]);
+    CalcAxis(side.axis->Move(X_SB), side.field, &out->patches[0], nullptr);
   } else {
-    ForNearFacets(side, near, X_SB, [&](int, const Facet& facet) { AddFacet(facet, side.field, patches, jacobians); });
-  }
-  for (std::size_t cell = 0; cell < cells; ++cell) {
-    PatchIntegrals& patch = (*patches)[cell];
-    if (!patch.active()) continue;
-    if (jacobians != nullptr) {
-      if (!side.axis) FinishJacobian(patch, &(*jacobians)[cell]);
-      (*jacobians)[cell].topRows<6>() *= side.modulus;
+    CutNearFacets(side, near, X_SB, &out->facets);
+    for (const FacetRegion& region : out->facets.regions) {
+      AddRegion(region, &out->patches[static_cast<std::size_t>(region.cell)]);
     }
+  }
+  for (PatchIntegrals& patch : out->patches) {
     patch.F *= side.modulus;
     patch.M *= side.modulus;
   }
 }
 
-void PullBackVertices(const ContactSide& side, NearFacets* near, const Pose& X_SB, std::vector<PatchCotangent> bar,
+void CalcPatchJacobians(const ContactSide& side, SidePatches* out) {
+  out->jacobians.assign(out->patches.size(), PatchJacobian::Zero());
+  if (side.axis) {
+    PatchIntegrals again;
+    CalcAxis(side.axis->Move(out->X_SB), side.field, &again, &out->jacobians[0]);
+    out->jacobians[0].topRows<6>() *= side.modulus;
+    return;
+  }
+  for (const FacetRegion& region : out->facets.regions) {
+    AddRegionJacobian(region, out->facets.walls, &out->jacobians[static_cast<std::size_t>(region.cell)]);
+  }
+  for (std::size_t cell = 0; cell < out->patches.size(); ++cell) {
+    if (!out->patches[cell].active()) continue;
+    out->jacobians[cell].topRows<6>() *= side.modulus;
+    FinishJacobian(out->patches[cell], &out->jacobians[cell]);
+  }
+}
+
+void PullBackVertices(const ContactSide& side, const SidePatches& at, std::vector<PatchCotangent> bar,
                       Eigen::Matrix3Xd* bar_vertices) {
   for (PatchCotangent& b : bar) {
     b.F *= side.modulus;
     b.M *= side.modulus;
   }
-  ForNearFacets(side, near, X_SB, [&](int i, const Facet& facet) {
+  for (const FacetRegion& region : at.facets.regions) {
     std::array<Vector3d, 3> bar_corners{Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()};
-    PullBackFacet(facet, side.field, bar, &bar_corners);
+    PullBackRegion(region, at.facets.walls, Move(at.X_SB, side.facets->facets()[region.facet]),
+                   bar[static_cast<std::size_t>(region.cell)], &bar_corners);
     for (int k = 0; k < 3; ++k) {
-      bar_vertices->col(side.facets->triangles()[i][k]) += X_SB.R.transpose() * bar_corners[k];
+      bar_vertices->col(side.facets->triangles()[region.facet][k]) += at.X_SB.R.transpose() * bar_corners[k];
     }
-  });
+  }
 }
 
 }  // namespace knap

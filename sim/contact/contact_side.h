@@ -77,12 +77,20 @@ class NearFacets {
   std::vector<int> found_;
 };
 
-// The patches of all cells at one relative pose; jacobians may be null. Both are overwritten; E is in.
-void CalcPatches(const ContactSide& side, NearFacets* near, const Pose& X_SB, std::vector<PatchIntegrals>* patches,
-                 std::vector<PatchJacobian>* jacobians);
+// One side at one relative pose: what follows is all made from the regions that its facets were cut into.
+struct SidePatches {
+  Pose X_SB;
+  FacetRegions facets;                   // none where B is round
+  std::vector<PatchIntegrals> patches;   // one a cell; E is in
+  std::vector<PatchJacobian> jacobians;  // likewise
+};
 
+// Regions and patches.
+void CalcPatches(const ContactSide& side, NearFacets* near, const Pose& X_SB, SidePatches* out);
+// The jacobians of those.
+void CalcPatchJacobians(const ContactSide& side, SidePatches* out);
 // Adds to bar_vertices of the side's designed mesh, in B, what follows from the patches' cotangents.
-void PullBackVertices(const ContactSide& side, NearFacets* near, const Pose& X_SB, std::vector<PatchCotangent> bar,
+void PullBackVertices(const ContactSide& side, const SidePatches& at, std::vector<PatchCotangent> bar,
                       Eigen::Matrix3Xd* bar_vertices);
 
 }  // namespace knap

@@ -1,10 +1,9 @@
-// A plane facet of one body's surface in the depth field of another: what it adds to a patch, exactly.
+// What a region of a facet (facet_regions.h) adds to a patch, exactly, and how that moves.
 //
 //   F = −E ∫ e n dA   M = −E ∫ e x × n dA   W = ∫ e dA   m1 = ∫ e x dA   m2 = ∫ e x xᵀ dA
 //
-// over the part of the facet where e > 0, cell by cell, n the facet's outward normal. That part is a polygon cut by the
-// cell's walls, or by the circle, ellipse or strip in which its plane meets a round field; e and its gradient are
-// polynomials there, so that all integrals are sums of the region's moments (planar_moments.h).
+// over the region, n the facet's outward normal: e and its gradient are polynomials there, so that all integrals are
+// sums of the region's moments (planar_moments.h).
 //
 // Derivatives when the facet's points move with velocity v, the field standing still:
 //
@@ -16,31 +15,24 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <vector>
+#include <span>
 
-#include "sim/contact/depth_field.h"
+#include "sim/contact/facet_regions.h"
 #include "sim/contact/patch_integrals.h"
 
 namespace knap {
 
-// Three corners, or four in a plane; counter-clockwise as seen from outside.
-struct Facet {
-  static constexpr int kMaxCorners = 4;
-  int size = 3;
-  std::array<Eigen::Vector3d, kMaxCorners> corner;
-};
+// All three add, E left out (as if 1). `walls`: FacetRegions::walls that the region was made with.
+void AddRegion(const FacetRegion& region, PatchIntegrals* patch);
+// Leaves what turns rigidly with B to FinishJacobian.
+void AddRegionJacobian(const FacetRegion& region, std::span<const WallEdge> walls, PatchJacobian* jacobian);
 
-// A number for each cell of the field: patches.size() = CountCells(field). `jacobians` of the same size, or null. All
-// added, E left out (as if 1), and what turns rigidly with B left to FinishJacobian.
-int CountCells(const DepthField& field);
-void AddFacet(const Facet& facet, const DepthField& field, std::vector<PatchIntegrals>* patches,
-              std::vector<PatchJacobian>* jacobians);
-
-// Of all facets' sums: adds how F, M, m1 and m2 move because normals and places move with B.
+// Of all regions' sums: adds how F, M, m1 and m2 move because normals and places move with B.
 void FinishJacobian(const PatchIntegrals& patch, PatchJacobian* jacobian);
 
-// Cotangents of a triangle's corners in S, added, from those of the patches of all cells (E left out likewise).
-void PullBackFacet(const Facet& triangle, const DepthField& field, const std::vector<PatchCotangent>& bar,
-                   std::array<Eigen::Vector3d, 3>* bar_corners);
+// To the cotangents of the corners in S of the triangle that the region is of, from those of its cell's patch (E left
+// out likewise).
+void PullBackRegion(const FacetRegion& region, std::span<const WallEdge> walls, const Facet& triangle,
+                    const PatchCotangent& bar, std::array<Eigen::Vector3d, 3>* bar_corners);
 
 }  // namespace knap

@@ -58,6 +58,10 @@ struct PatchCotangent {
   }
 };
 
+inline Eigen::Matrix3d UnpackSymmetric(const Eigen::Matrix<double, 6, 1>& m) {
+  return (Eigen::Matrix3d() << m(0), m(1), m(2), m(1), m(3), m(4), m(2), m(4), m(5)).finished();
+}
+
 // Adds to the rows of m2, for the k-th perturbation, a symmetric matrix.
 inline void AddSymmetric(const Eigen::Matrix3d& m, int k, PatchJacobian* out) {
   for (int i = 0; i < 6; ++i) (*out)(10 + i, k) += m(PatchIntegrals::kPairs[i][0], PatchIntegrals::kPairs[i][1]);

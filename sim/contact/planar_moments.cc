@@ -67,11 +67,13 @@ bool Contains(const PlanePolygon& polygon, const Vector2d& x) {
 
 }  // namespace
 
+template <int degree>
 void PlanarMoments::Add(double u, double w, double dw) {
+  constexpr std::array<double, kDegree + 1> kShare = {1.0, 1.0 / 2.0, 1.0 / 3.0, 1.0 / 4.0, 1.0 / 5.0};
   double power_u = u * dw;  // u^(i+1) dw
-  for (int i = 0; i <= kDegree; ++i) {
-    double term = power_u / (i + 1);
-    for (int j = 0; i + j <= kDegree; ++j) {
+  for (int i = 0; i <= degree; ++i) {
+    double term = power_u * kShare[i];
+    for (int j = 0; i + j <= degree; ++j) {
       m_[Index(i, j)] += term;
       term *= w;
     }
@@ -79,37 +81,43 @@ void PlanarMoments::Add(double u, double w, double dw) {
   }
 }
 
+template <int degree>
 void PlanarMoments::AddEdge(const Vector2d& p, const Vector2d& q) {
   const Vector2d d = q - p;
-  for (int g = 0; g < 3; ++g) Add(p.x() + kEdgeAt[g] * d.x(), p.y() + kEdgeAt[g] * d.y(), kEdgeWeight[g] * d.y());
+  for (int g = 0; g < 3; ++g)
+    Add<degree>(p.x() + kEdgeAt[g] * d.x(), p.y() + kEdgeAt[g] * d.y(), kEdgeWeight[g] * d.y());
 }
 
 void PlanarMoments::AddArc(double center_u, double a, double b, double begin, double span) {
   const int pieces = std::max(1, static_cast<int>(std::ceil(span / (0.5 * std::numbers::pi) - 1e-9)));
   const double half = 0.5 * span / pieces;
+  std::array<Vector2d, 4> offset;  // cosine and sine
+  for (int g = 0; g < 4; ++g) offset[g] = {std::cos(half * kArcAt[g]), std::sin(half * kArcAt[g])};
   for (int piece = 0; piece < pieces; ++piece) {
-    const double middle = begin + (2 * piece + 1) * half;
+    const double phi = begin + (2 * piece + 1) * half;
+    const Vector2d middle(std::cos(phi), std::sin(phi));
     for (int g = 0; g < 8; ++g) {
-      const double phi = middle + half * (g < 4 ? -kArcAt[g] : kArcAt[g - 4]);
-      const double cosine = std::cos(phi);
-      Add(center_u + a * cosine, b * std::sin(phi), b * cosine * half * kArcWeight[g % 4]);
+      const Vector2d turn(offset[g % 4].x(), g < 4 ? -offset[g].y() : offset[g - 4].y());
+      const double cosine = middle.x() * turn.x() - middle.y() * turn.y();
+      const double sine = middle.y() * turn.x() + middle.x() * turn.y();
+      Add<kDegree>(center_u + a * cosine, b * sine, b * cosine * half * kArcWeight[g % 4]);
     }
   }
 }
 
 Eigen::Matrix<double, 6, 6> PlanarMoments::MakeGram() const {
-  constexpr std::array<std::array<int, 2>, 6> kPowers = {{{0, 0}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}}};
+  // Where the product of two monomials stands among the moments.
+  constexpr std::array<int, 36> kIndex = {0, 1, 2, 3,  4,  5,  1, 3, 4, 6,  7,  8,  2, 4, 5, 7,  8,  9,
+                                          3, 6, 7, 10, 11, 12, 4, 7, 8, 11, 12, 13, 5, 8, 9, 12, 13, 14};
   Eigen::Matrix<double, 6, 6> gram;
-  for (int a = 0; a < 6; ++a) {
-    for (int b = 0; b < 6; ++b) gram(a, b) = (*this)(kPowers[a][0] + kPowers[b][0], kPowers[a][1] + kPowers[b][1]);
-  }
+  for (int k = 0; k < 36; ++k) gram.data()[k] = m_[kIndex[k]];
   return gram;
 }
 
 PlanarMoments CalcPolygonMoments(const PlanePolygon& polygon) {
   PlanarMoments moments;
   for (int k = 0; k < polygon.size; ++k) {
-    moments.AddEdge(polygon.corner[k], polygon.corner[(k + 1) % polygon.size]);
+    moments.AddEdge<3>(polygon.corner[k], polygon.corner[k + 1 < polygon.size ? k + 1 : 0]);
   }
   return moments;
 }
@@ -134,7 +142,7 @@ PlanarMoments CalcConicMoments(const PlanePolygon& polygon, const Conic& conic) 
     return moments;
   }
   for (int k = 0; k < count; ++k) {
-    moments.AddEdge(portions[k].begin, portions[k].end);
+    moments.AddEdge<PlanarMoments::kDegree>(portions[k].begin, portions[k].end);
     const Portion& next = portions[(k + 1) % count];
     if (is_strip || !(portions[k].leaves || next.enters)) continue;
     const auto angle = [&](const Vector2d& x) { return std::atan2(x.y() / b, (x.x() - center_u) / a); };

@@ -31,7 +31,8 @@ class PlanarMoments {
   double operator()(int i, int j) const { return m_[Index(i, j)]; }
   double area() const { return m_[0]; }
 
-  // The boundary's straight part from p to q.
+  // The boundary's straight part from p to q, for the moments up to a degree.
+  template <int degree>
   void AddEdge(const Eigen::Vector2d& p, const Eigen::Vector2d& q);
   // Its arc center + (a cos φ, b sin φ), φ from `begin` on by `span` ≥ 0.
   void AddArc(double center_u, double a, double b, double begin, double span);
@@ -40,6 +41,7 @@ class PlanarMoments {
   Eigen::Matrix<double, 6, 6> MakeGram() const;
 
  private:
+  template <int degree>
   void Add(double u, double w, double dw);
   std::array<double, kCount> m_{};
 };
@@ -57,6 +59,7 @@ struct PlanePolygon {
   std::array<Eigen::Vector2d, kMaxCorners> corner;
 };
 
+// Up to the third degree, which is what a linear field asks for; those of the fourth are 0.
 PlanarMoments CalcPolygonMoments(const PlanePolygon& polygon);
 // Of the part inside the conic. Zero area without one.
 PlanarMoments CalcConicMoments(const PlanePolygon& polygon, const Conic& conic);

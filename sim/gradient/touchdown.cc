@@ -75,8 +75,8 @@ NearestPoint FindNearest(const ContactGeometry& shape, const Vector3d& c) {
                                  double least = std::numeric_limits<double>::infinity();
                                  const std::vector<Facet>& facets = s.mesh->facets();
                                  for (int t = 0; t < static_cast<int>(facets.size()); ++t) {
-                                   const auto& [v0, v1, v2, unused] = facets[t].corner;
-                                   const std::array<Vector3d, 3> v{v0, v1, v2};
+                                   const Facet& facet = facets[t];
+                                   const std::array<Vector3d, 3> v{facet.Place(0), facet.Place(1), facet.Place(2)};
                                    const Vector3d b = FindOnTriangle(v, c);
                                    const Vector3d p = b(0) * v[0] + b(1) * v[1] + b(2) * v[2];
                                    const double distance = (c - p).squaredNorm();

@@ -55,17 +55,38 @@ double CalcDepth(const DepthField& field, const Vector3d& x, int* cell) {
   return std::max(0.0, (round.radius * round.radius - d2) / (2.0 * round.radius));
 }
 
-std::vector<PatchIntegrals> SumByLattice(const Facet& facet, const DepthField& field, int n) {
+using Triangle = std::array<Vector3d, 3>;
+
+struct Sums {
+  std::vector<PatchIntegrals> patches;
+  std::vector<PatchJacobian> jacobians;
+};
+
+// By cells.
+Sums SumFacet(const Triangle& triangle, const DepthField& field) {
+  FacetRegions cut;
+  CutFacet(0, Facet::Make(triangle), field, &cut);
+  const auto cells = static_cast<std::size_t>(CountCells(field));
+  Sums out{std::vector<PatchIntegrals>(cells), std::vector<PatchJacobian>(cells, PatchJacobian::Zero())};
+  for (const FacetRegion& region : cut.regions) {
+    AddRegion(region, &out.patches[static_cast<std::size_t>(region.cell)]);
+    AddRegionJacobian(region, cut.walls, &out.jacobians[static_cast<std::size_t>(region.cell)]);
+  }
+  for (std::size_t c = 0; c < cells; ++c) FinishJacobian(out.patches[c], &out.jacobians[c]);
+  return out;
+}
+
+std::vector<PatchIntegrals> SumByLattice(const Triangle& corner, const DepthField& field, int n) {
   std::vector<PatchIntegrals> sums(static_cast<std::size_t>(CountCells(field)));
-  const Vector3d a = facet.corner[1] - facet.corner[0];
-  const Vector3d b = facet.corner[2] - facet.corner[0];
+  const Vector3d a = corner[1] - corner[0];
+  const Vector3d b = corner[2] - corner[0];
   const Vector3d normal = a.cross(b).normalized();
   const double dA = 0.5 * a.cross(b).norm() / (n * n);
   for (int i = 0; i < n; ++i) {
     for (int j = 0; i + j < n; ++j) {
       for (int upper = 0; upper < (i + j + 1 < n ? 2 : 1); ++upper) {
         const double third = upper == 0 ? 1.0 / 3.0 : 2.0 / 3.0;
-        const Vector3d x = facet.corner[0] + (i + third) / n * a + (j + third) / n * b;
+        const Vector3d x = corner[0] + (i + third) / n * a + (j + third) / n * b;
         int cell = 0;
         const double e = CalcDepth(field, x, &cell);
         PatchIntegrals& sum = sums[static_cast<std::size_t>(cell)];
@@ -80,10 +101,10 @@ std::vector<PatchIntegrals> SumByLattice(const Facet& facet, const DepthField& f
   return sums;
 }
 
-Facet MakeTriangle(Random* random, double size) {
-  Facet facet;
-  for (int k = 0; k < 3; ++k) facet.corner[k] = random->Vec(size);
-  return facet;
+Triangle MakeTriangle(Random* random, double size) {
+  Triangle out;
+  for (Vector3d& x : out) x = random->Vec(size);
+  return out;
 }
 
 class FacetIntegralsTest : public testing::TestWithParam<int> {};
@@ -92,9 +113,8 @@ TEST_P(FacetIntegralsTest, EqualsALattice) {
   const DepthField field = MakeField(GetParam());
   Random random(7);
   for (int trial = 0; trial < 12; ++trial) {
-    const Facet facet = MakeTriangle(&random, 0.015);
-    std::vector<PatchIntegrals> exact(static_cast<std::size_t>(CountCells(field)));
-    AddFacet(facet, field, &exact, nullptr);
+    const Triangle facet = MakeTriangle(&random, 0.015);
+    const std::vector<PatchIntegrals> exact = SumFacet(facet, field).patches;
     const std::vector<PatchIntegrals> sums = SumByLattice(facet, field, 400);
     PatchIntegrals::Vector whole = PatchIntegrals::Vector::Zero();
     for (const PatchIntegrals& sum : sums) whole = whole.cwiseMax(test::Pack(sum).cwiseAbs());
@@ -115,23 +135,15 @@ TEST_P(FacetIntegralsTest, MovesAsDifferencesSay) {
   Random random(11);
   int compared = 0;
   for (int trial = 0; trial < 60; ++trial) {
-    const Facet facet = MakeTriangle(&random, 0.012);
+    const Triangle facet = MakeTriangle(&random, 0.012);
     const Pose X_SB = random.MakePose(1.0, 0.004);
-    const auto calc = [&](const Pose& X) {
-      Facet moved = facet;
-      for (int k = 0; k < 3; ++k) moved.corner[k] = X * facet.corner[k];
-      std::vector<PatchIntegrals> patches(static_cast<std::size_t>(CountCells(field)));
-      std::vector<PatchJacobian> jacobians(patches.size(), PatchJacobian::Zero());
-      AddFacet(moved, field, &patches, &jacobians);
-      for (std::size_t c = 0; c < patches.size(); ++c) FinishJacobian(patches[c], &jacobians[c]);
-      return std::pair(patches, jacobians);
-    };
+    const auto calc = [&](const Pose& X) { return SumFacet({X * facet[0], X * facet[1], X * facet[2]}, field); };
     const auto [patches, jacobians] = calc(X_SB);
     for (std::size_t cell = 0; cell < patches.size(); ++cell) {
       if (!(patches[cell].W > 1e-10)) continue;
       ++compared;
       // Second differences jump where a corner passes a wall; 1e-5 is what steps of 1e-7 m leave of it.
-      test::ExpectJacobian(jacobians[cell], X_SB, 1e-7, 1e-5, [&](const Pose& X) { return calc(X).first[cell]; });
+      test::ExpectJacobian(jacobians[cell], X_SB, 1e-7, 1e-5, [&](const Pose& X) { return calc(X).patches[cell]; });
     }
   }
   EXPECT_GT(compared, 20);
@@ -141,7 +153,7 @@ TEST_P(FacetIntegralsTest, CotangentsOfCorners) {
   const DepthField field = MakeField(GetParam());
   Random random(13);
   for (int trial = 0; trial < 60; ++trial) {
-    const Facet facet = MakeTriangle(&random, 0.012);
+    const Triangle facet = MakeTriangle(&random, 0.012);
     std::vector<PatchCotangent> bar(static_cast<std::size_t>(CountCells(field)));
     for (PatchCotangent& b : bar) {
       b.F = random.Vec(1.0);
@@ -151,23 +163,26 @@ TEST_P(FacetIntegralsTest, CotangentsOfCorners) {
       const Matrix3d m = Matrix3d::NullaryExpr([&] { return random.U(-1e4, 1e4); });
       b.m2 = m + m.transpose();
     }
-    const auto value = [&](const Facet& f) {
-      std::vector<PatchIntegrals> patches(bar.size());
-      AddFacet(f, field, &patches, nullptr);
+    const auto value = [&](const Triangle& f) {
+      const std::vector<PatchIntegrals> patches = SumFacet(f, field).patches;
       double sum = 0.0;
       for (std::size_t c = 0; c < bar.size(); ++c) sum += bar[c].Pack().dot(test::Pack(patches[c]));
       return sum;
     };
     std::array<Vector3d, 3> bar_corners{Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()};
-    PullBackFacet(facet, field, bar, &bar_corners);
+    FacetRegions cut;
+    CutFacet(0, Facet::Make(facet), field, &cut);
+    for (const FacetRegion& region : cut.regions) {
+      PullBackRegion(region, cut.walls, Facet::Make(facet), bar[static_cast<std::size_t>(region.cell)], &bar_corners);
+    }
     double scale = 1e-9;
     for (const Vector3d& b : bar_corners) scale = std::max(scale, b.cwiseAbs().maxCoeff());
     for (int k = 0; k < 3; ++k) {
       for (int i = 0; i < 3; ++i) {
         const double h = 1e-7;
         const auto moved = [&](double s) {
-          Facet f = facet;
-          f.corner[k](i) += s * h;
+          Triangle f = facet;
+          f[k](i) += s * h;
           return value(f);
         };
         const double slope = (8.0 * (moved(1.0) - moved(-1.0)) - (moved(2.0) - moved(-2.0))) / (12.0 * h);
@@ -198,11 +213,11 @@ double CalcWork(const std::vector<ContactSide>& sides, std::vector<NearFacets>* 
     for (std::size_t k = 0; k < sides.size(); ++k) {
       const bool first = sides[k].body == bodies[0];
       const Pose X_SB = first ? X : Pose{X.R.transpose(), -(X.R.transpose() * X.p)};
-      std::vector<PatchIntegrals> patches;
-      CalcPatches(sides[k], &(*near)[k], X_SB, &patches, nullptr);
+      SidePatches at;
+      CalcPatches(sides[k], &(*near)[k], X_SB, &at);
       Vector3d F = Vector3d::Zero();
       Vector3d M = Vector3d::Zero();
-      for (const PatchIntegrals& p : patches) {
+      for (const PatchIntegrals& p : at.patches) {
         F += p.F;
         M += p.M;
       }
