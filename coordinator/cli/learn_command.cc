@@ -19,6 +19,7 @@
 #include "coordinator/learning/evaluation.h"
 #include "coordinator/report/picture.h"
 #include "coordinator/run_directory/durable_file.h"
+#include "coordinator/run_directory/json_text.h"
 #include "lcmtypes/program/standard_streams.h"
 #include "sim/rollout/rollout.h"
 

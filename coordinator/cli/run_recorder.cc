@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "coordinator/run_directory/json_text.h"
 #include "knap/run_status_t.hpp"
 #include "lcmtypes/program/standard_streams.h"
 #include "lcmtypes/wire/text.h"

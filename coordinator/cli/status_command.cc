@@ -15,7 +15,7 @@
 #include "coordinator/cli/run_lives.h"
 #include "coordinator/cli/stop_signal.h"
 #include "coordinator/progress/progress.h"
-#include "coordinator/run_directory/result_document.h"
+#include "coordinator/run_directory/json_text.h"
 #include "coordinator/watch/cluster_view.h"
 #include "coordinator/watch/status_text.h"
 #include "lcmtypes/program/standard_streams.h"

@@ -18,6 +18,7 @@
 #include "coordinator/cli/request_volume.h"
 #include "coordinator/cli/study_recorder.h"
 #include "coordinator/run_directory/durable_file.h"
+#include "coordinator/run_directory/json_text.h"
 #include "coordinator/study/study.h"
 #include "lcmtypes/program/standard_streams.h"
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "coordinator/progress/progress.h"
+#include "coordinator/run_directory/json_text.h"
 
 namespace knap {
 namespace {
@@ -22,8 +23,6 @@ template <std::size_t N>
 const char* GetStateName(const char* const (&names)[N], std::int32_t state) {
   return state >= 0 && state < static_cast<std::int32_t>(N) ? names[state] : "unknown";
 }
-
-Json MakeNumber(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
 std::string FormatNumber64(std::int64_t number) { return fmt::format("{:016x}", static_cast<std::uint64_t>(number)); }
 
@@ -90,20 +89,20 @@ Json MakeStatusJson(const ClusterView& view, std::int64_t now_us, const std::str
                     {"scenario", s.scenario},
                     {"method", s.method},
                     {"state", GetStateName(kRunStates, s.state)},
-                    {"progress", MakeNumber(s.progress)},
-                    {"eta_s", s.eta_s >= 0.0 ? MakeNumber(s.eta_s) : Json()},
-                    {"elapsed_s", MakeNumber(s.elapsed_s)},
+                    {"progress", MakeJsonNumber(s.progress)},
+                    {"eta_s", s.eta_s >= 0.0 ? MakeJsonNumber(s.eta_s) : Json()},
+                    {"elapsed_s", MakeJsonNumber(s.elapsed_s)},
                     {"batch", s.batch},
                     {"batches", s.batch_count},
                     {"evaluations", s.iteration},
-                    {"loss", MakeNumber(s.loss)},
-                    {"best_loss", MakeNumber(s.best_loss)},
-                    {"gradient_norm", MakeNumber(s.grad_norm)},
-                    {"radius", MakeNumber(s.radius)},
+                    {"loss", MakeJsonNumber(s.loss)},
+                    {"best_loss", MakeJsonNumber(s.best_loss)},
+                    {"gradient_norm", MakeJsonNumber(s.grad_norm)},
+                    {"radius", MakeJsonNumber(s.radius)},
                     {"theta", s.theta},
                     {"workers", s.workers},
                     {"rollouts", s.requests_done},
-                    {"rollouts_per_s", MakeNumber(s.rollouts_per_s)},
+                    {"rollouts_per_s", MakeJsonNumber(s.rollouts_per_s)},
                     {"open", s.requests_open},
                     {"retries", s.requests_reissued},
                     {"messages_refused", s.messages_refused},
@@ -122,7 +121,7 @@ Json MakeStatusJson(const ClusterView& view, std::int64_t now_us, const std::str
                        {"state", GetStateName(kWorkerStates, s.state)},
                        {"steps_done", s.steps_done},
                        {"steps_total", s.steps_total},
-                       {"busy", MakeNumber(s.busy_fraction)},
+                       {"busy", MakeJsonNumber(s.busy_fraction)},
                        {"finished", s.finished},
                        {"rollouts_per_s", worker.CalcRate()},
                        {"repeated", s.repeated},
