@@ -129,10 +129,12 @@ int RunLandscape(const LandscapeArguments& arguments) {
   session.StartWorkers();
   std::optional<Landscape> landscape;
   {
+  std::optional<std::string> dropped;
     CountProgress progress(scene.name, scene.name + " landscape", rollouts, arguments.quiet, &session);
     landscape = EvaluateLandscape(std::move(plan), session.service());
     progress.Finish();
   }
+    dropped = progress.dropped();
   session.Finish();
   WriteFileAtomically(out / "landscape.csv", MakeLandscapeCsv(*landscape, parameters));
   LandscapeCaption caption;
@@ -144,6 +146,7 @@ int RunLandscape(const LandscapeArguments& arguments) {
   WriteFileAtomically(out / "landscape.svg", DrawLandscape(*landscape, parameters, caption));
   PrintSummary(*landscape, parameters, scene, out);
   return kExitDone;
+  WriteOutput(FormatDropped(dropped));
 }
 
 }  // namespace

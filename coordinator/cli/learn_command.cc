@@ -185,7 +185,7 @@ int RunLearn(const LearnArguments& arguments) {
   const bool has_picture = WritePicture(prepared, document, run, &recorder);
   run.WriteResult(document);
   recorder.TryRecordEvent("done", {{"wall_s", document.wall_s}});
-  recorder.Tell(FormatSummary(prepared.scenario.parsed.scene, document, run, has_picture));
+  recorder.Say(FormatSummary(prepared.scenario.parsed.scene, document, run, has_picture));
   if (arguments.json) WriteOutput(fmt::format("{}\n", MakeJsonText(MakeResultJson(document), 2)));
   return kExitDone;
 }

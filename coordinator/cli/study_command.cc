@@ -210,7 +210,7 @@ int RunStudyCommand(StudyArguments arguments) {
   recorder.Finish();
   const Json results = MakeResultsJson(options, result, service, scene.success.has_value(), recorder.elapsed_s());
   WriteFileAtomically(FindPlan(*study), MakeJsonText(results, 2) + "\n");
-  if (!arguments.quiet) WriteMessage(FormatTable(options, result, service, scene, *study, recorder.elapsed_s()));
+  recorder.Say(FormatTable(options, result, service, scene, *study, recorder.elapsed_s()));
   if (arguments.json) WriteOutput(fmt::format("{}\n", MakeJsonText(results, 2)));
   return kExitDone;
 }

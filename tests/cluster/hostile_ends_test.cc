@@ -95,6 +95,35 @@ TEST_F(HostileEndsTest, ARunIsDoneWhetherOrNotAnybodyHearsOfIt) {
   ExpectSameRun(folder_ / "gone", folder_ / "reference");
 }
 
+// Every command with progress: the result is whole, and says once that somebody missed the progress.
+TEST_F(HostileEndsTest, CommandsSayOnceThatProgressWasDropped) {
+  const std::string coarse = kConfig + " 'rollout.horizon=2 s' 'rollout.step=4 ms' --workers 2 ";
+  const std::string said = "progress is not all on stderr: No space left on device\n";
+  for (const std::string& command :
+       {"knap evaluate " + coarse + "--variations 4", "knap gradcheck " + coarse + "--rollouts 1 --tolerance 1000",
+        "rm -rf map; knap landscape " + coarse + "--x left_depth --y right_depth --grid 2 --variations 1 --out map"}) {
+    const Ended shown = Shell(command);
+    EXPECT_EQ(shown.code, 0) << command << shown.err;
+    EXPECT_THAT(shown.out, Not(HasSubstr("stderr"))) << command;
+    const Ended dropped = Shell(command + " 2>/dev/full");
+    EXPECT_EQ(dropped.code, 0) << command;
+    EXPECT_EQ(dropped.out, shown.out + said) << command;
+  }
+  for (const std::string& command : {"knap evaluate " + coarse + "--json --variations 4",
+                                     "knap gradcheck " + coarse + "--json --rollouts 1 --tolerance 1000"}) {
+    nlohmann::json shown = nlohmann::json::parse(Shell(command).out);
+    EXPECT_FALSE(shown.contains("progress_dropped")) << command;
+    shown["progress_dropped"] = "No space left on device";
+    EXPECT_EQ(nlohmann::json::parse(Shell(command + " 2>/dev/full").out), shown) << command;
+  }
+  EXPECT_EQ(Shell("knap study --methods ours --seeds 1 --out study " + kShort + " 2>/dev/full").code, 0);
+  EXPECT_TRUE(fs::exists(folder_ / "study/study.json"));
+  const std::string events = ReadText(folder_ / "study/events.jsonl");
+  const std::size_t told = events.find("progress_dropped");
+  EXPECT_NE(told, std::string::npos);
+  EXPECT_EQ(events.find("progress_dropped", told + 1), std::string::npos);
+}
+
 TEST_F(HostileEndsTest, AFolderCalledLatestStopsNobody) {
   fs::create_directories(folder_ / "runs/latest/mine");
   const Ended ended = Shell("knap learn " + kShort);
