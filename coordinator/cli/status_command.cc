@@ -81,8 +81,8 @@ void Watch(Transport* transport, const Clock& clock, ClusterView* view) {
   while (!stop) {
     const TerminalTraits traits = DetectTerminal(STDOUT_FILENO);  // the window may change
     const std::string text = FormatStatus(*view, clock.now_us(), traits.width, traits.colour);
-    if (drawn_lines > 0) WriteOutput(fmt::format("\x1b[{}A\x1b[J", drawn_lines));
-    WriteOutput(text);
+    if (drawn_lines > 0) DrawOutput(fmt::format("\x1b[{}A\x1b[J", drawn_lines));
+    DrawOutput(text);
     drawn_lines = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
     if (AllRunsAreDone(*view)) return;
     ListenUntil(clock.now_us() + kRedrawUs, transport, clock, view);

@@ -11,7 +11,7 @@ namespace knap {
 StderrProgress::StderrProgress(bool quiet, std::function<void(const std::string&)> on_dropped)
     : on_dropped_(std::move(on_dropped)) {
   if (quiet) return;
-  reporter_.emplace([this](std::string_view text) { Note(WriteMessage(text)); }, DetectTerminal(STDERR_FILENO));
+  reporter_.emplace([this](std::string_view text) { Note(DrawMessage(text)); }, DetectTerminal(STDERR_FILENO));
 }
 
 StderrProgress::~StderrProgress() {

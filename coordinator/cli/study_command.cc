@@ -21,6 +21,7 @@
 #include "coordinator/run_directory/json_text.h"
 #include "coordinator/study/study.h"
 #include "lcmtypes/program/standard_streams.h"
+#include "lcmtypes/wire/text.h"
 
 namespace knap {
 namespace {
@@ -168,9 +169,10 @@ std::string FormatTable(const StudyOptions& options, const StudyResult& result, 
                         fmt::format("{:.0f}", summary.rollouts_mean)},
                        has_success);
   }
-  return text + fmt::format("\n  figures   {}\n  each run  {} and so on, like those of knap learn\n",
-                            FindPlan(study).string(),
-                            (study.path() / StudyRecorder::MakeRunName(result.runs.front().learning)).string());
+  return text +
+         fmt::format("\n  figures   {}\n  each run  {} and so on, like those of knap learn\n",
+                     CleanText(FindPlan(study).string()),
+                     CleanText((study.path() / StudyRecorder::MakeRunName(result.runs.front().learning)).string()));
 }
 
 int RunStudyCommand(StudyArguments arguments) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -20,6 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::AllOf;
+using ::testing::AnyOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -122,6 +124,74 @@ TEST_F(HostileEndsTest, CommandsSayOnceThatProgressWasDropped) {
   const std::size_t told = events.find("progress_dropped");
   EXPECT_NE(told, std::string::npos);
   EXPECT_EQ(events.find("progress_dropped", told + 1), std::string::npos);
+}
+
+// Whatever a command line holds: a terminal does not obey it, a log stays UTF-8, and a message one line.
+TEST_F(HostileEndsTest, WhatMessagesQuoteIsClean) {
+  const std::string odd = R"(odd=$(printf 'a\377b\033[31mc\nd\302\233e'); )";
+  const std::string quoted = "a?b [31mc d e";
+  const auto expect_clean = [](const std::string& text, const std::string& command) {
+    EXPECT_NO_THROW(static_cast<void>(nlohmann::json(text).dump())) << command;  // UTF-8
+    EXPECT_TRUE(std::none_of(text.begin(), text.end(), [](char c) {
+      return (static_cast<unsigned char>(c) < 0x20 && c != '\n') || c == 0x7f;
+    })) << command;
+    EXPECT_THAT(text, Not(HasSubstr("\xc2\x9b"))) << command;  // a control character of two bytes
+  };
+  for (const std::string& command : {
+           std::string(R"(knap status run "$odd")"),
+           std::string(R"(knap learn "$odd")"),
+           "knap learn " + kConfig + R"( "learning.$odd=1")",
+           "knap learn " + kConfig + R"( "learning.alpha=$odd")",
+           "knap learn " + kConfig + R"( "$odd")",
+           "knap learn " + kConfig + R"( "--$odd")",
+           "knap learn " + kConfig + R"( --workers "$odd")",
+           "knap learn " + kConfig + R"( --method "$odd")",
+           "knap learn " + kConfig + R"( --key "$odd")",
+           "knap learn " + kConfig + R"( --lcm-url "$odd")",
+           std::string(R"(knap learn --resume "$odd")"),
+           "knap study " + kConfig + R"( --methods "$odd")",
+           std::string(R"(knap study --resume "$odd")"),
+           "knap evaluate " + kConfig + R"( --theta "$odd")",
+           "knap evaluate " + kConfig + R"( --theta "$odd=1")",
+           "knap evaluate " + kConfig + R"( --theta "left_depth=$odd")",
+           "knap landscape " + kConfig + R"( --x "$odd" --y left_depth)",
+           "knap rollout " + kConfig + R"( --theta "$odd")",
+           "knap gradcheck " + kConfig + R"( "$odd")",
+           std::string(R"(knap validate "$odd")"),
+           std::string(R"(knap repair "$odd")"),
+           std::string(R"(knap status "$odd")"),
+           std::string(R"(knap status --lcm-url "$odd")"),
+           std::string(R"(knap verify-log "$odd" "$odd")"),
+           std::string(R"(knap-worker "$odd")"),
+           std::string(R"(knap-worker --name "$odd")"),
+           std::string(R"(knap-worker --key "$odd")"),
+           std::string(R"(LCM_DEFAULT_URL="$odd" knap-worker)"),
+           std::string(R"(knap-relay "$odd")"),
+           std::string(R"(knap-relay --host "$odd")"),
+           std::string(R"(knap-relay --port "$odd")"),
+           std::string(R"(knap-lossy-bridge "$odd" "$odd" 1)"),
+           std::string(R"(knap-datagram-storm "$odd" 1 1 1)"),
+       }) {
+    const Ended ended = Shell(odd + command);
+    EXPECT_THAT(ended.code, AnyOf(1, 2)) << command;
+    EXPECT_EQ(ended.out, "") << command;
+    EXPECT_THAT(ended.err, HasSubstr(quoted)) << command;
+    expect_clean(ended.err, command);
+  }
+  // Files may have such names, and everything works.
+  fs::copy(KNAP_SOURCE_DIR "/configs", folder_ / "configs", fs::copy_options::recursive);
+  const Ended validated = Shell(odd + R"(mv configs "$odd"; knap validate "$odd/pushing.yaml")");
+  EXPECT_EQ(validated.code, 0) << validated.err;
+  EXPECT_THAT(validated.out, HasSubstr(quoted + "/pushing.yaml: valid"));
+  expect_clean(validated.out, "validate");
+  const std::string rest = kShort.substr(kConfig.size());
+  const Ended learned = Shell(odd + R"(knap learn "$odd/pushing.yaml" --out "$odd-run")" + rest);
+  EXPECT_EQ(learned.code, 0) << learned.err;
+  EXPECT_THAT(learned.err, HasSubstr(quoted + "-run/result.json"));
+  expect_clean(learned.err, "learn");
+  const Ended evaluated = Shell(odd + R"(knap evaluate "$odd-run" --json --workers 1)");
+  EXPECT_EQ(evaluated.code, 0) << evaluated.err;
+  expect_clean(evaluated.out, "evaluate");
 }
 
 TEST_F(HostileEndsTest, AFolderCalledLatestStopsNobody) {
