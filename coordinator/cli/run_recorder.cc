@@ -5,7 +5,7 @@
 
 #include <cmath>
 #include <filesystem>
-#include <utility>
+#include <limits>
 
 #include "coordinator/run_directory/json_text.h"
 #include "knap/run_status_t.hpp"
@@ -82,6 +82,7 @@ void RunRecorder::OnBatchStart(const BatchStart& start) {
   state_.max_evaluations = start.max_evaluations;
   state_.loss.reset();
   state_.best_loss.reset();
+  progress_.best_loss = std::numeric_limits<double>::quiet_NaN();
   progress_.state = run_status_t::kLearning;
   progress_.theta = start.theta;
   RecordEvent("batch_start", {{"batch", start.batch},

@@ -33,14 +33,22 @@ double CalcAge(std::int64_t heard_us, std::int64_t now_us) {
 // So many characters of it: fmt counts them, never bytes.
 std::string Cut(const std::string& text, int width) { return fmt::format("{:.{}}", text, width); }
 
-std::string FormatRunLines(const WatchedRun& run, std::int64_t now_us, int width) {
+const RunTraits* FindTraits(const KnownRuns& known, std::int64_t run_id) {
+  const auto found = known.find(run_id);
+  return found == known.end() ? nullptr : &found->second;
+}
+
+std::string FormatRunLines(const WatchedRun& run, const RunTraits* traits, std::int64_t now_us, int width) {
   const run_status_t& s = run.status;
   std::vector<std::string> lines;
-  lines.push_back(fmt::format("run {} {}  {}  {:.0f}%  ETA {}  elapsed {}", s.scenario, s.method,
+  lines.push_back(fmt::format("run {} {}  {}  {:.0f}%  ETA {}  elapsed {}{}", s.scenario, s.method,
                               GetStateName(kRunStates, s.state), std::floor(100.0 * s.progress),
-                              s.eta_s >= 0.0 ? FormatDuration(s.eta_s) : "-:--", FormatDuration(s.elapsed_s)));
-  lines.push_back(fmt::format("  batch {}/{}  evaluation {}  loss {:.4g}  best {:.4g}  gradient {:.3g}  radius {:.3g}",
-                              s.batch, s.batch_count, s.iteration, s.loss, s.best_loss, s.grad_norm, s.radius));
+                              s.eta_s >= 0.0 ? FormatDuration(s.eta_s) : "-:--", FormatDuration(s.elapsed_s),
+                              traits && !traits->has_success ? "  no success test" : ""));
+  const std::string unit = traits ? traits->loss_unit : " (unit not known)";
+  lines.push_back(fmt::format("  batch {}/{}  evaluation {}  loss {}  best {}  gradient {:.3g}  radius {:.3g}", s.batch,
+                              s.batch_count, s.iteration, FormatLoss(s.loss, unit), FormatLoss(s.best_loss, unit),
+                              s.grad_norm, s.radius));
   lines.push_back(fmt::format(
       "  workers {}  rollouts {} ({:.1f}/s)  open {}  retries {}  refused {}{}", s.workers, s.requests_done,
       s.rollouts_per_s, s.requests_open, s.requests_reissued, s.messages_refused,
@@ -52,9 +60,9 @@ std::string FormatRunLines(const WatchedRun& run, std::int64_t now_us, int width
 
 }  // namespace
 
-std::string FormatStatus(const ClusterView& view, std::int64_t now_us, int width, bool colour) {
+std::string FormatStatus(const ClusterView& view, const KnownRuns& known, std::int64_t now_us, int width, bool colour) {
   std::string text;
-  for (const auto& [id, run] : view.runs()) text += FormatRunLines(run, now_us, width);
+  for (const auto& [id, run] : view.runs()) text += FormatRunLines(run, FindTraits(known, id), now_us, width);
   if (view.runs().empty()) text += "no run\n";
   if (view.workers().empty()) return text + "no workers\n";
   text += Cut(fmt::format("{:<20} {:<16} {:<9} {:>5} {:>5} {:>8} {:>7} {:>7} {:>7}", "worker", "host", "state", "step",
@@ -81,10 +89,11 @@ std::string FormatStatus(const ClusterView& view, std::int64_t now_us, int width
   return text;
 }
 
-Json MakeStatusJson(const ClusterView& view, std::int64_t now_us, const std::string& url) {
+Json MakeStatusJson(const ClusterView& view, const KnownRuns& known, std::int64_t now_us, const std::string& url) {
   Json runs = Json::array();
   for (const auto& [id, run] : view.runs()) {
     const run_status_t& s = run.status;
+    const RunTraits* traits = FindTraits(known, id);
     runs.push_back({{"run_id", FormatNumber64(s.run_id)},
                     {"scenario", s.scenario},
                     {"method", s.method},
@@ -97,6 +106,8 @@ Json MakeStatusJson(const ClusterView& view, std::int64_t now_us, const std::str
                     {"evaluations", s.iteration},
                     {"loss", MakeJsonNumber(s.loss)},
                     {"best_loss", MakeJsonNumber(s.best_loss)},
+                    {"loss_unit", traits ? Json(traits->loss_unit.substr(traits->loss_unit.empty() ? 0 : 1)) : Json()},
+                    {"success_test", traits ? Json(traits->has_success) : Json()},
                     {"gradient_norm", MakeJsonNumber(s.grad_norm)},
                     {"radius", MakeJsonNumber(s.radius)},
                     {"theta", s.theta},
