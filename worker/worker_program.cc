@@ -35,7 +35,7 @@ static_assert(std::atomic<bool>::is_always_lock_free);
 void CatchSignal(int) { g_interrupted = true; }
 void CatchTimeLimit(int) { g_out_of_time = true; }
 
-void Complain(const std::string& what) { WriteMessage("knap-worker: " + what + "\n"); }
+void Complain(const std::string& what) { WriteComplaint("knap-worker", what); }
 
 std::string MakeDefaultName(const std::string& host) {
   std::string name = host.substr(0, 24);
@@ -78,7 +78,7 @@ int RunWorkerProgram(int argc, char** argv, std::unique_ptr<Engine> engine) {
   try {
     app.parse(argc, argv);
     if (!IsName(name)) {
-      throw CLI::ValidationError("--name", fmt::format("'{}': 1 to 40 of A-Z a-z 0-9 _ -", CleanText(name)));
+      throw CLI::ValidationError("--name", fmt::format("'{}': 1 to 40 of A-Z a-z 0-9 _ -", name));
     }
   } catch (const CLI::ParseError& e) {
     return EndParsing(app, e);
@@ -102,7 +102,7 @@ int RunWorkerProgram(int argc, char** argv, std::unique_ptr<Engine> engine) {
                           transport.get(), &clock, &executor);
     Work(&reactor);
     const int exit_code = reactor.lack().empty() ? 0 : 1;
-    if (exit_code != 0) Complain("leaves: " + CleanText(reactor.lack()));
+    if (exit_code != 0) Complain("leaves: " + reactor.lack());
     // A computation cannot be broken off, and nobody waits for this one: leave without it.
     if (executor.busy()) std::_Exit(exit_code);
     return exit_code;

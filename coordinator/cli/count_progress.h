@@ -6,6 +6,7 @@
 #include <string>
 
 #include "coordinator/cli/cluster_session.h"
+#include "coordinator/cli/stderr_progress.h"
 #include "coordinator/progress/progress.h"
 #include "lcmtypes/wire/clock.h"
 
@@ -24,10 +25,13 @@ class CountProgress {
   void set_rollouts(std::int64_t rollouts) { state_.tests = rollouts; }
 
   // A line of its own on stderr; the bar goes on below it.
-  void Say(const std::string& line);
+  void Say(const std::string& line) { shown_.Say(line + "\n"); }
 
   // Shows the end, and leaves it standing.
   void Finish();
+
+  // What kept stderr from taking all of it, for the end of the result; unset: nothing did.
+  const std::optional<std::string>& dropped() const { return dropped_; }
 
  private:
   void Refresh();
@@ -36,9 +40,13 @@ class CountProgress {
   ClusterSession* session_;
   SteadyClock clock_;
   const std::int64_t started_us_ = clock_.now_us();
-  std::optional<ProgressReporter> reporter_;
+  std::optional<std::string> dropped_;
+  StderrProgress shown_;
   ProgressState state_;
   RunProgress status_;
 };
+
+// The line about it in a result for people; empty where nothing was dropped.
+std::string FormatDropped(const std::optional<std::string>& dropped);
 
 }  // namespace knap

@@ -21,6 +21,7 @@
 #include "coordinator/cli/theta_choice.h"
 #include "coordinator/learning/batch_objective.h"
 #include "coordinator/learning/evaluation.h"
+#include "coordinator/run_directory/json_text.h"
 #include "lcmtypes/program/standard_streams.h"
 
 namespace knap {
@@ -82,20 +83,23 @@ Json MakeThetaJson(const ParameterSpec& parameters, const std::vector<double>& t
   return json;
 }
 
-void PrintJson(const Scene& scene, const ParameterSpec& parameters, const std::vector<Test>& tests) {
+void PrintJson(const Scene& scene, const ParameterSpec& parameters, const std::vector<Test>& tests,
+               const std::optional<std::string>& dropped) {
   Json designs = Json::array();
   for (const Test& test : tests) {
     designs.push_back({{"theta", MakeThetaJson(parameters, test.theta)},
                        {"test", MakeEvaluationJson(test.summary, scene.success.has_value())}});
   }
-  const Json json = {{"schema", 1},
-                     {"scenario", scene.name},
-                     {"designs", designs},
-                     {"median_success_rate", scene.success ? Json(CalcMedianRate(tests)) : Json()}};
+  Json json = {{"schema", 1},
+               {"scenario", scene.name},
+               {"designs", designs},
+               {"median_success_rate", scene.success ? Json(CalcMedianRate(tests)) : Json()}};
+  if (dropped) json["progress_dropped"] = *dropped;
   WriteOutput(MakeJsonText(json, 2) + "\n");
 }
 
-void PrintTests(const Scene& scene, const ParameterSpec& parameters, const std::vector<Test>& tests) {
+void PrintTests(const Scene& scene, const ParameterSpec& parameters, const std::vector<Test>& tests,
+                const std::optional<std::string>& dropped) {
   const TestSummary& first = tests.front().summary;
   std::string text =
       fmt::format("{} on {} variations of seed {}\n",
@@ -120,7 +124,7 @@ void PrintTests(const Scene& scene, const ParameterSpec& parameters, const std::
   if (scene.success && tests.size() > 1) {
     text += fmt::format("median of {} designs: {:.1f}%\n", tests.size(), 100.0 * CalcMedianRate(tests));
   }
-  WriteOutput(text);
+  WriteOutput(text + FormatDropped(dropped));
 }
 
 int RunEvaluate(const EvaluateArguments& arguments) {
@@ -137,6 +141,7 @@ int RunEvaluate(const EvaluateArguments& arguments) {
   CheckRequestVolume("--variations and --theta", {static_cast<double>(n), static_cast<double>(thetas.size())},
                      parameters.names.size() + problem.variations.size());
   std::vector<Test> tests;
+  std::optional<std::string> dropped;
   {
     ClusterSession session(arguments.cluster, FindEngineIdentity(arguments.cluster.engine), scenario.files,
                            parameters.controls);
@@ -145,11 +150,12 @@ int RunEvaluate(const EvaluateArguments& arguments) {
                                  &session);
     tests = TestDesigns(thetas, problem.variations, n, seed, session.service());
     session.Finish();
+    dropped = progress.dropped();
   }
   if (arguments.json) {
-    PrintJson(scene, parameters, tests);
+    PrintJson(scene, parameters, tests, dropped);
   } else {
-    PrintTests(scene, parameters, tests);
+    PrintTests(scene, parameters, tests, dropped);
   }
   return kExitDone;
 }

@@ -1,25 +1,33 @@
 #include "coordinator/cli/exit_codes.h"
 
-#include <fmt/format.h>
-
 #include <exception>
 #include <string>
+#include <vector>
 
 #include "coordinator/dispatch/dispatch_types.h"
 #include "lcmtypes/program/standard_streams.h"
+#include "lcmtypes/wire/text.h"
 
 namespace knap {
 namespace {
 
-void PrintError(const std::string& what) { WriteMessage(fmt::format("knap: {}\n", what)); }
+void PrintError(const std::string& what) { WriteComplaint("knap", what); }
+
+std::string JoinLines(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += (text.empty() ? "" : "\n") + CleanText(line);
+  return text;
+}
 
 }  // namespace
+
+UsageError::UsageError(const std::vector<std::string>& lines) : std::runtime_error(JoinLines(lines)) {}
 
 int RunCommand(const std::function<int()>& command) {
   try {
     return command();
   } catch (const UsageError& e) {
-    WriteMessage(fmt::format("{}\n", e.what()));
+    WriteMessage(std::string(e.what()) + "\n");
     return kExitUsage;
   } catch (const std::invalid_argument& e) {
     PrintError(e.what());

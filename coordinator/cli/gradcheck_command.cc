@@ -50,6 +50,7 @@ int RunGradcheck(const GradcheckFlags& flags) {
   session.StartWorkers();
 
   GradientCheckReport report;
+  std::optional<std::string> dropped;
   {
     const std::int64_t least = CalcLeastRollouts(problem, check);
     const std::string& name = scenario.parsed.scene.name;
@@ -59,15 +60,18 @@ int RunGradcheck(const GradcheckFlags& flags) {
         .on_verdict = [&](const CheckedRollout& rollout) { progress.Say(FormatVerdict(rollout)); }};
     report = CheckGradients(problem, check, session.service(), observer);
     progress.Finish();
+    dropped = progress.dropped();
   }
   session.Finish();
 
   if (flags.json) {
-    WriteOutput(fmt::format("{}\n", MakeGradientCheckJson(report, problem, check).dump(2)));
+    nlohmann::ordered_json json = MakeGradientCheckJson(report, problem, check);
+    if (dropped) json["progress_dropped"] = *dropped;
+    WriteOutput(fmt::format("{}\n", json.dump(2)));
   } else {
     std::string command = "knap rollout " + QuoteForShell(flags.config);
     for (const std::string& change : flags.overrides) command += " " + QuoteForShell(change);
-    WriteOutput(FormatGradientCheck(report, problem, check, command));
+    WriteOutput(FormatGradientCheck(report, problem, check, command) + FormatDropped(dropped));
   }
   return ListFailures(report, check).empty() ? kExitDone : kExitFailed;
 }

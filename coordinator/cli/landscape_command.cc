@@ -24,6 +24,7 @@
 #include "coordinator/report/landscape_picture.h"
 #include "coordinator/run_directory/durable_file.h"
 #include "lcmtypes/program/standard_streams.h"
+#include "lcmtypes/wire/text.h"
 
 namespace knap {
 namespace {
@@ -96,8 +97,8 @@ void PrintSummary(const Landscape& landscape, const ParameterSpec& parameters, c
   }
   if (untrusted > 0)
     WriteOutput(fmt::format("not to be trusted: rollouts of {} cells (hatched; see the CSV file)\n", untrusted));
-  WriteOutput(fmt::format("figures          {}\n", (out / "landscape.csv").string()));
-  WriteOutput(fmt::format("picture          {}\n", (out / "landscape.svg").string()));
+  WriteOutput(fmt::format("figures          {}\n", CleanText((out / "landscape.csv").string())));
+  WriteOutput(fmt::format("picture          {}\n", CleanText((out / "landscape.svg").string())));
 }
 
 int RunLandscape(const LandscapeArguments& arguments) {
@@ -128,10 +129,12 @@ int RunLandscape(const LandscapeArguments& arguments) {
 
   session.StartWorkers();
   std::optional<Landscape> landscape;
+  std::optional<std::string> dropped;
   {
     CountProgress progress(scene.name, scene.name + " landscape", rollouts, arguments.quiet, &session);
     landscape = EvaluateLandscape(std::move(plan), session.service());
     progress.Finish();
+    dropped = progress.dropped();
   }
   session.Finish();
   WriteFileAtomically(out / "landscape.csv", MakeLandscapeCsv(*landscape, parameters));
@@ -143,6 +146,7 @@ int RunLandscape(const LandscapeArguments& arguments) {
   caption.has_success = scene.success.has_value();
   WriteFileAtomically(out / "landscape.svg", DrawLandscape(*landscape, parameters, caption));
   PrintSummary(*landscape, parameters, scene, out);
+  WriteOutput(FormatDropped(dropped));
   return kExitDone;
 }
 

@@ -19,7 +19,9 @@
 #include "coordinator/learning/evaluation.h"
 #include "coordinator/report/picture.h"
 #include "coordinator/run_directory/durable_file.h"
+#include "coordinator/run_directory/json_text.h"
 #include "lcmtypes/program/standard_streams.h"
+#include "lcmtypes/wire/text.h"
 #include "sim/rollout/rollout.h"
 
 namespace knap {
@@ -97,14 +99,14 @@ std::string FormatSummary(const Scene& scene, const ResultDocument& document, co
   text += fmt::format("  mean loss {:.4g} -> {:.4g}{}\n", document.test_initial.loss_mean,
                       document.test_learned.loss_mean, FormatLossUnit(scene));
   if (scene.design) {
-    text +=
-        fmt::format("  tool      {} (millimetres, ready to print)\n",
-                    (run.tool_path() / (scene.design->bodies.size() == 1 ? "learned.stl" : "learned_*.stl")).string());
+    text += fmt::format(
+        "  tool      {} (millimetres, ready to print)\n",
+        CleanText((run.tool_path() / (scene.design->bodies.size() == 1 ? "learned.stl" : "learned_*.stl")).string()));
   }
-  if (scene.policy) text += fmt::format("  policy    {}\n", (run.policy_path() / "learned.txt").string());
+  if (scene.policy) text += fmt::format("  policy    {}\n", CleanText((run.policy_path() / "learned.txt").string()));
   if (has_picture)
-    text += fmt::format("  picture   {} (open it in a browser)\n", (run.path() / "picture.svg").string());
-  return text + fmt::format("  figures   {}, metrics.csv and more beside it\n", run.result_path().string());
+    text += fmt::format("  picture   {} (open it in a browser)\n", CleanText((run.path() / "picture.svg").string()));
+  return text + fmt::format("  figures   {}, metrics.csv and more beside it\n", CleanText(run.result_path().string()));
 }
 
 ResultDocument LearnAndTest(const PreparedScenario& prepared, JournaledService& service, RunRecorder& recorder) {
@@ -141,7 +143,7 @@ bool WritePicture(const PreparedScenario& prepared, const ResultDocument& docume
   WriteFileAtomically(run.path() / "picture.svg", *svg);
   return true;
 } catch (const std::exception& e) {
-  recorder->TryRecordEvent("no_picture", {{"error", e.what()}});
+  recorder->TryRecordEvent("no_picture", {{"error", CleanText(e.what())}});
   return false;
 }
 
@@ -177,14 +179,14 @@ int RunLearn(const LearnArguments& arguments) {
     throw Interrupted(fmt::format("interrupted; everything so far is saved, go on with: knap learn --resume {}",
                                   run.path().string()));
   } catch (const std::exception& e) {
-    recorder.TryRecordEvent("failed", {{"error", e.what()}});
+    recorder.TryRecordEvent("failed", {{"error", CleanText(e.what())}});
     throw;
   }
   WriteTools(*prepared.model, document.learned, run, "learned");
   const bool has_picture = WritePicture(prepared, document, run, &recorder);
   run.WriteResult(document);
   recorder.TryRecordEvent("done", {{"wall_s", document.wall_s}});
-  recorder.Tell(FormatSummary(prepared.scenario.parsed.scene, document, run, has_picture));
+  recorder.Say(FormatSummary(prepared.scenario.parsed.scene, document, run, has_picture));
   if (arguments.json) WriteOutput(fmt::format("{}\n", MakeJsonText(MakeResultJson(document), 2)));
   return kExitDone;
 }

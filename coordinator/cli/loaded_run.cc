@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 #include <system_error>
 
@@ -73,7 +74,7 @@ RunDirectory MakeNewRun(const NewRunPlace& place, const RunInfo& info,
     throw;
   }
   if (place.out.empty()) {
-    if (const std::optional<std::string> obstacle = run.LinkLatest()) WriteMessage("knap: " + *obstacle + "\n");
+    if (const std::optional<std::string> obstacle = run.LinkLatest()) WriteComplaint("knap", *obstacle);
   }
   return run;
 }
@@ -100,8 +101,9 @@ LoadedScenario LoadValidScenario(const fs::path& config, std::span<const std::st
   LoadedScenario scenario = LoadScenario(config, overrides);
   CheckModel(scenario);
   if (!scenario.parsed.ok()) {
-    std::string errors = scenario.parsed.FormatErrors();
-    while (!errors.empty() && errors.back() == '\n') errors.pop_back();
+    std::istringstream text(scenario.parsed.FormatErrors());
+    std::vector<std::string> errors;
+    for (std::string line; std::getline(text, line);) errors.push_back(line);
     throw UsageError(errors);
   }
   return scenario;

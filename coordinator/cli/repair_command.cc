@@ -14,6 +14,7 @@
 #include "coordinator/cli/loaded_run.h"
 #include "coordinator/run_directory/journal_repair.h"
 #include "lcmtypes/program/standard_streams.h"
+#include "lcmtypes/wire/text.h"
 
 namespace knap {
 namespace {
@@ -32,7 +33,7 @@ std::string FormatNumbers(const std::vector<std::uint64_t>& numbers) {
 std::string FormatRepair(const JournalRepair& repair, const RunDirectory& run) {
   std::size_t answers = 0;
   for (const std::string& payload : repair.payloads) answers += DecodeAnswers(payload).size();
-  std::string text = fmt::format("{}: {} records with {} answers are whole\n", run.journal_path().string(),
+  std::string text = fmt::format("{}: {} records with {} answers are whole\n", CleanText(run.journal_path().string()),
                                  repair.payloads.size(), answers);
   if (!repair.changed) return text + "nothing is damaged, and nothing was changed\n";
   if (repair.header_lost) text += "lost: the header, written again from run.json\n";
@@ -40,10 +41,10 @@ std::string FormatRepair(const JournalRepair& repair, const RunDirectory& run) {
   for (const JournalRepair::Stretch& stretch : repair.damaged) {
     text += fmt::format("damaged: {} bytes at byte {}\n", stretch.bytes, stretch.offset);
   }
-  if (!repair.set_aside.empty()) text += fmt::format("set aside: {}\n", repair.set_aside.string());
+  if (!repair.set_aside.empty()) text += fmt::format("set aside: {}\n", CleanText(repair.set_aside.string()));
   const bool is_study = std::filesystem::exists(run.path() / "study.json");
   return text + fmt::format("what is lost is computed again, to the same bits, by: knap {} --resume {}\n",
-                            is_study ? "study" : "learn", run.path().string());
+                            is_study ? "study" : "learn", CleanText(run.path().string()));
 }
 
 int RunRepair(const std::string& path) {

@@ -19,7 +19,7 @@
 #include "coordinator/cli/request_replay.h"
 #include "coordinator/cli/rollout_arguments.h"
 #include "coordinator/run_directory/journal.h"
-#include "coordinator/run_directory/result_document.h"
+#include "coordinator/run_directory/json_text.h"
 #include "lcmtypes/program/standard_streams.h"
 #include "lcmtypes/wire/scenario_bundle.h"
 #include "sim/rollout/rollout.h"

@@ -5,10 +5,10 @@
 
 #include <cmath>
 #include <filesystem>
-#include <utility>
+#include <limits>
 
+#include "coordinator/run_directory/json_text.h"
 #include "knap/run_status_t.hpp"
-#include "lcmtypes/program/standard_streams.h"
 #include "lcmtypes/wire/text.h"
 
 namespace knap {
@@ -33,10 +33,11 @@ RunRecorder::RunRecorder(const RunPlan& plan, const RunDirectory& run, ClusterSe
       metrics_(run.metrics_path(), plan.parameter_names),
       rollouts_(run.rollouts_path()),
       events_(run.events_path()),
+      shown_(quiet,
+             [this](const std::string& error) {
+               TryRecordEvent("progress_dropped", {{"error", error}});
+             }),
       phase_started_us_(started_us_ - static_cast<std::int64_t>(earlier_.worked_s * 1e6)) {
-  if (!quiet) {
-    reporter_.emplace([this](std::string_view text) { Tell(text); }, DetectTerminal(STDERR_FILENO));
-  }
   state_.title = fmt::format("{} {}", plan_.scenario, plan_.method);
   state_.loss_unit = plan_.loss_unit;
   state_.tests = plan_.tests;
@@ -57,7 +58,6 @@ RunRecorder::RunRecorder(const RunPlan& plan, const RunDirectory& run, ClusterSe
 RunRecorder::~RunRecorder() {
   session_->set_on_pump({});
   service_->set_on_answer({});
-  if (reporter_) reporter_->Clear();
 }
 
 double RunRecorder::elapsed_s() const {
@@ -75,13 +75,6 @@ void RunRecorder::TryRecordEvent(const std::string& event, const Json& details) 
 } catch (const std::exception&) {
 }
 
-void RunRecorder::Tell(std::string_view text) {
-  if (!reporter_) return;  // quiet
-  const std::error_code error = WriteMessage(text);
-  if (!error || std::exchange(said_dropped_, true)) return;
-  TryRecordEvent("progress_dropped", {{"error", error.message()}});
-}
-
 void RunRecorder::OnBatchStart(const BatchStart& start) {
   state_.batch = progress_.batch = start.batch;
   state_.batches = progress_.batch_count = start.batches;
@@ -89,6 +82,7 @@ void RunRecorder::OnBatchStart(const BatchStart& start) {
   state_.max_evaluations = start.max_evaluations;
   state_.loss.reset();
   state_.best_loss.reset();
+  progress_.best_loss = std::numeric_limits<double>::quiet_NaN();
   progress_.state = run_status_t::kLearning;
   progress_.theta = start.theta;
   RecordEvent("batch_start", {{"batch", start.batch},
@@ -149,7 +143,7 @@ void RunRecorder::FinishTest() {
   state_.tested = plan_.tests;
   progress_.state = run_status_t::kDone;
   PublishProgress();
-  if (reporter_) reporter_->Finish(state_);
+  shown_.Finish(state_);
   session_->set_on_pump({});
   session_->Finish();
 }
@@ -195,8 +189,7 @@ void RunRecorder::RecordLosses() {
     for (const auto& [instance, why] : workers) {
       if (!told_workers_.insert(instance).second) continue;
       RecordEvent(event, {{"why", why}});
-      if (reporter_) reporter_->Clear();
-      Tell(fmt::format("{}{}\n", word, why));
+      shown_.Say(fmt::format("{}{}\n", word, why));
     }
   };
   tell("worker_refused", "refused ", session_->dispatcher().refused());
@@ -221,7 +214,7 @@ void RunRecorder::PublishProgress() {
   }
   state_.workers_alive = dispatcher.CountUsableWorkers();
   state_.retries = dispatcher.counters().reissued;
-  if (reporter_) reporter_->Update(state_);
+  shown_.Update(state_);
 
   progress_.progress = progress_.state == run_status_t::kDone ? 1.0 : CalcRunPart();
   progress_.eta_s = CalcTimeLeft(state_).value_or(-1.0);

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -11,6 +10,7 @@
 
 #include "coordinator/cli/answer_journal.h"
 #include "coordinator/cli/cluster_session.h"
+#include "coordinator/cli/stderr_progress.h"
 #include "coordinator/learning/schedule.h"
 #include "coordinator/progress/progress.h"
 #include "coordinator/run_directory/earlier_life.h"
@@ -50,8 +50,8 @@ class RunRecorder : public LearningObserver {
   // The same, dropped when the disk does not take it: for what must not hide how the run ended, nor end it.
   void TryRecordEvent(const std::string& event, const nlohmann::ordered_json& details) noexcept;
 
-  // Text for people, on stderr unless quiet. What cannot be written is dropped; events.jsonl says so once.
-  void Tell(std::string_view text);
+  // Lines for people, on stderr unless quiet.
+  void Say(std::string_view lines) { shown_.Say(lines); }
 
   // Since construction, and the time that earlier programs worked on the run; likewise the requests given again.
   double elapsed_s() const;
@@ -73,14 +73,13 @@ class RunRecorder : public LearningObserver {
   MetricsLog metrics_;
   RolloutLog rollouts_;
   EventLog events_;
-  std::optional<ProgressReporter> reporter_;
+  StderrProgress shown_;  // events.jsonl says so when something is dropped
   ProgressState state_;
   std::int64_t phase_started_us_;
   std::int64_t test_begin_total_ = 0;
   RunProgress progress_;
   DispatchCounters last_counters_;
   int last_restarts_ = 0;
-  bool said_dropped_ = false;
   std::set<std::int64_t> told_workers_;  // workers
 };
 

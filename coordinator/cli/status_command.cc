@@ -9,19 +9,24 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <system_error>
+#include <vector>
 
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/loaded_run.h"
+#include "coordinator/cli/loss_unit.h"
 #include "coordinator/cli/run_lives.h"
 #include "coordinator/cli/stop_signal.h"
 #include "coordinator/progress/progress.h"
-#include "coordinator/run_directory/result_document.h"
+#include "coordinator/run_directory/durable_file.h"
+#include "coordinator/run_directory/json_text.h"
 #include "coordinator/watch/cluster_view.h"
 #include "coordinator/watch/status_text.h"
 #include "lcmtypes/program/standard_streams.h"
 #include "lcmtypes/wire/clock.h"
 #include "lcmtypes/wire/multicast.h"
 #include "lcmtypes/wire/open_transport.h"
+#include "sim/scenarios/parse_scene.h"
 
 namespace knap {
 namespace {
@@ -39,18 +44,36 @@ struct StatusArguments {
 struct Bus {
   std::string url;
   RunKey key;
+  KnownRuns known;
 };
 
-// A run's folder tells address and key; flags go before it.
+// The run's lives by their numbers on the bus. Without a scenario that can be read nothing is known: that stops nobody
+// from watching.
+KnownRuns ReadTraits(const RunDirectory& run, const std::vector<RunLife>& lives) {
+  KnownRuns known;
+  try {
+    const ParseResult parsed = ParseScene(ReadFile(run.config_path()), run.config_path().string());
+    if (!parsed.ok()) return {};
+    for (const RunLife& life : lives) {
+      known[life.run_id] = {FormatLossUnit(parsed.scene), parsed.scene.success.has_value()};
+    }
+  } catch (const std::system_error&) {
+  }
+  return known;
+}
+
+// A run's folder tells address and key, unless flags do, and what its losses mean.
 Bus ChooseBus(const StatusArguments& arguments) {
-  Bus bus{arguments.lcm_url, {}};
+  Bus bus{arguments.lcm_url, {}, {}};
   std::string key_file = arguments.key_file;
   std::string run = arguments.run;
   if (run.empty() && bus.url.empty() && std::filesystem::exists(kLatestRun)) run = kLatestRun;
   if (!run.empty()) {
-    const RunLife life = ReadLives(OpenRun(run)).back();
-    if (bus.url.empty()) bus.url = life.lcm_url;
-    if (key_file.empty()) key_file = life.key_file;
+    const RunDirectory folder = OpenRun(run);
+    const std::vector<RunLife> lives = ReadLives(folder);
+    if (bus.url.empty()) bus.url = lives.back().lcm_url;
+    if (key_file.empty()) key_file = lives.back().key_file;
+    bus.known = ReadTraits(folder, lives);
   }
   bus.url = ChooseLcmUrl(bus.url, kDefaultLcmUrl);
   if (!key_file.empty()) bus.key = RunKey::ReadFile(key_file);
@@ -75,14 +98,14 @@ void ListenUntil(std::int64_t until_us, Transport* transport, const Clock& clock
 }
 
 // A table that is drawn anew in its place until every run is done or Ctrl-C.
-void Watch(Transport* transport, const Clock& clock, ClusterView* view) {
+void Watch(Transport* transport, const Clock& clock, const KnownRuns& known, ClusterView* view) {
   const std::atomic<bool>& stop = CatchStopSignals();
   std::size_t drawn_lines = 0;
   while (!stop) {
     const TerminalTraits traits = DetectTerminal(STDOUT_FILENO);  // the window may change
-    const std::string text = FormatStatus(*view, clock.now_us(), traits.width, traits.colour);
-    if (drawn_lines > 0) WriteOutput(fmt::format("\x1b[{}A\x1b[J", drawn_lines));
-    WriteOutput(text);
+    const std::string text = FormatStatus(*view, known, clock.now_us(), traits.width, traits.colour);
+    if (drawn_lines > 0) DrawOutput(fmt::format("\x1b[{}A\x1b[J", drawn_lines));
+    DrawOutput(text);
     drawn_lines = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
     if (AllRunsAreDone(*view)) return;
     ListenUntil(clock.now_us() + kRedrawUs, transport, clock, view);
@@ -107,14 +130,14 @@ int RunStatus(const StatusArguments& arguments) {
   }
   const bool live = !arguments.json && DetectTerminal(STDOUT_FILENO).is_terminal;
   if (live) {
-    Watch(transport.get(), clock, &view);
+    Watch(transport.get(), clock, bus.known, &view);
     return kExitDone;
   }
   ListenUntil(clock.now_us() + kSettleUs, transport.get(), clock, &view);
   if (arguments.json) {
-    WriteOutput(fmt::format("{}\n", MakeJsonText(MakeStatusJson(view, clock.now_us(), bus.url), 2)));
+    WriteOutput(fmt::format("{}\n", MakeJsonText(MakeStatusJson(view, bus.known, clock.now_us(), bus.url), 2)));
   } else {
-    WriteOutput(FormatStatus(view, clock.now_us(), 120, false));
+    WriteOutput(FormatStatus(view, bus.known, clock.now_us(), 120, false));
   }
   return kExitDone;
 }

@@ -18,8 +18,10 @@
 #include "coordinator/cli/request_volume.h"
 #include "coordinator/cli/study_recorder.h"
 #include "coordinator/run_directory/durable_file.h"
+#include "coordinator/run_directory/json_text.h"
 #include "coordinator/study/study.h"
 #include "lcmtypes/program/standard_streams.h"
+#include "lcmtypes/wire/text.h"
 
 namespace knap {
 namespace {
@@ -167,9 +169,10 @@ std::string FormatTable(const StudyOptions& options, const StudyResult& result, 
                         fmt::format("{:.0f}", summary.rollouts_mean)},
                        has_success);
   }
-  return text + fmt::format("\n  figures   {}\n  each run  {} and so on, like those of knap learn\n",
-                            FindPlan(study).string(),
-                            (study.path() / StudyRecorder::MakeRunName(result.runs.front().learning)).string());
+  return text +
+         fmt::format("\n  figures   {}\n  each run  {} and so on, like those of knap learn\n",
+                     CleanText(FindPlan(study).string()),
+                     CleanText((study.path() / StudyRecorder::MakeRunName(result.runs.front().learning)).string()));
 }
 
 int RunStudyCommand(StudyArguments arguments) {
@@ -209,7 +212,7 @@ int RunStudyCommand(StudyArguments arguments) {
   recorder.Finish();
   const Json results = MakeResultsJson(options, result, service, scene.success.has_value(), recorder.elapsed_s());
   WriteFileAtomically(FindPlan(*study), MakeJsonText(results, 2) + "\n");
-  if (!arguments.quiet) WriteMessage(FormatTable(options, result, service, scene, *study, recorder.elapsed_s()));
+  recorder.Say(FormatTable(options, result, service, scene, *study, recorder.elapsed_s()));
   if (arguments.json) WriteOutput(fmt::format("{}\n", MakeJsonText(results, 2)));
   return kExitDone;
 }

@@ -1,16 +1,15 @@
 #include "coordinator/cli/study_recorder.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
+#include <exception>
 #include <filesystem>
 #include <utility>
 
 #include "coordinator/cli/loaded_run.h"
 #include "coordinator/cli/loss_unit.h"
 #include "knap/run_status_t.hpp"
-#include "lcmtypes/program/standard_streams.h"
 
 namespace knap {
 namespace {
@@ -26,21 +25,22 @@ std::vector<std::string> MakeOverrides(const LearningOptions& options) {
 
 StudyRecorder::StudyRecorder(const PreparedScenario& prepared, const StudyOptions& options, const RunDirectory& study,
                              ClusterSession* session, const JournaledService* service, bool quiet)
-    : prepared_(prepared), study_(study), session_(session), service_(service), started_us_(clock_.now_us()) {
+    : prepared_(prepared),
+      study_(study),
+      session_(session),
+      service_(service),
+      started_us_(clock_.now_us()),
+      shown_(quiet, [this](const std::string& error) { RecordDropped(error); }) {
   for (const LearningOptions& run : PlanRuns(options)) {
     const fs::path path = study_.path() / MakeRunName(run);
     fs::remove_all(path);
     const RunDirectory& folder = folders_.emplace_back(RunDirectory::Create(path));
     followers_.emplace_back(folder.metrics_path(), prepared_.problem.parameters.names, this);
   }
-  if (!quiet) reporter_.emplace(WriteMessage, DetectTerminal(STDERR_FILENO));
   session_->set_on_pump([this] { Pump(); });
 }
 
-StudyRecorder::~StudyRecorder() {
-  session_->set_on_pump({});
-  if (reporter_) reporter_->Clear();
-}
+StudyRecorder::~StudyRecorder() { session_->set_on_pump({}); }
 
 std::string StudyRecorder::MakeRunName(const LearningOptions& options) {
   return fmt::format("{}-{}", GetName(options.method), options.seed);
@@ -97,11 +97,14 @@ void StudyRecorder::Pump() {
     const std::lock_guard lock(mutex_);
     news = std::exchange(news_, {});
   }
-  if (reporter_ && !news.empty()) reporter_->Clear();
-  if (reporter_) {
-    for (const std::string& line : news) WriteMessage(line + "\n");
-  }
+  for (const std::string& line : news) shown_.Say(line + "\n");
   ShowProgress();
+}
+
+void StudyRecorder::RecordDropped(const std::string& error) noexcept try {
+  EventLog(study_.events_path()).Append(elapsed_s(), "progress_dropped", {{"error", error}});
+} catch (const std::exception&) {
+  // The disk takes neither; no line is worth the study.
 }
 
 void StudyRecorder::ShowProgress() {
@@ -121,8 +124,11 @@ void StudyRecorder::ShowProgress() {
   state.workers_alive = session_->dispatcher().CountUsableWorkers();
   state.retries = session_->dispatcher().counters().reissued;
   const bool done = state.runs_done == state.runs;
-  if (reporter_ && done) reporter_->Finish(state);
-  if (reporter_ && !done) reporter_->Update(state);
+  if (done) {
+    shown_.Finish(state);
+  } else {
+    shown_.Update(state);
+  }
 
   RunProgress progress;
   progress.state = run_status_t::kLearning;

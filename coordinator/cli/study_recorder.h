@@ -9,11 +9,13 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "coordinator/cli/answer_journal.h"
 #include "coordinator/cli/cluster_session.h"
 #include "coordinator/cli/prepared_scenario.h"
+#include "coordinator/cli/stderr_progress.h"
 #include "coordinator/progress/progress.h"
 #include "coordinator/run_directory/run_directory.h"
 #include "coordinator/run_directory/run_logs.h"
@@ -26,7 +28,7 @@ class StudyRecorder : public StudyObserver {
  public:
   // `study` is the folder of all runs; what an earlier life left in the folders of single runs is written anew, as a
   // resumed study goes through all of it again. Takes the session's pump hook; everything must outlive the recorder.
-  // Quiet: nothing on stderr.
+  // Quiet: nothing on stderr. When stderr does not take something, events.jsonl in the study's folder says so.
   StudyRecorder(const PreparedScenario& prepared, const StudyOptions& options, const RunDirectory& study,
                 ClusterSession* session, const JournaledService* service, bool quiet);
   ~StudyRecorder() override;
@@ -40,6 +42,9 @@ class StudyRecorder : public StudyObserver {
 
   // Shows the end of the study, and finishes the session.
   void Finish();
+
+  // Lines for people, on stderr unless quiet.
+  void Say(std::string_view lines) { shown_.Say(lines); }
 
   double elapsed_s() const;  // since construction
 
@@ -64,6 +69,7 @@ class StudyRecorder : public StudyObserver {
   };
 
   void Pump();
+  void RecordDropped(const std::string& error) noexcept;
   void ShowProgress();
 
   const PreparedScenario& prepared_;
@@ -74,7 +80,7 @@ class StudyRecorder : public StudyObserver {
   const std::int64_t started_us_;
   std::vector<RunDirectory> folders_;  // of the runs
   std::deque<Follower> followers_;
-  std::optional<ProgressReporter> reporter_;
+  StderrProgress shown_;
   std::mutex mutex_;  // guards the rest
   std::vector<std::string> news_;
   std::optional<TestSummary> initial_;

@@ -13,6 +13,7 @@
 #include "coordinator/cli/loaded_run.h"
 #include "coordinator/cli/problem_from_scene.h"
 #include "lcmtypes/program/standard_streams.h"
+#include "lcmtypes/wire/text.h"
 #include "sim/rollout/design_corners.h"
 #include "sim/rollout/rollout.h"
 #include "sim/scenarios/describe_scene.h"
@@ -41,7 +42,7 @@ void WarnOfFoldedCorners(const std::string& config, const Scene& scene, const Sc
   }
   WriteMessage(
       fmt::format("{}: warning: {} of the {} designs tried at the ends of the bounds would be rejected; at {} {}\n",
-                  config, corners.folded, corners.tried, at, corners.fault));
+                  CleanText(config), corners.folded, corners.tried, at, corners.fault));
 }
 
 int RunValidate(const ValidateFlags& flags) {
@@ -59,7 +60,7 @@ int RunValidate(const ValidateFlags& flags) {
     throw UsageError(fmt::format("{}: {}", flags.config, error.what()));
   }
   const Rollout& rollout = scene.rollout;
-  WriteOutput(fmt::format("{}: valid: {}, {}, {}, {}, {} of {} s\n", flags.config,
+  WriteOutput(fmt::format("{}: valid: {}, {}, {}, {}, {} of {} s\n", CleanText(flags.config),
                           fmt::format("{} {}", scene.bodies.size(), scene.bodies.size() == 1 ? "body" : "bodies"),
                           Count(scene.contacts.size(), "contact"),
                           Count(scene.design ? scene.design->parameters.size() : 0, "design parameter"),

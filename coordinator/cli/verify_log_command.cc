@@ -15,6 +15,7 @@
 #include "coordinator/cli/run_lives.h"
 #include "coordinator/watch/run_recording.h"
 #include "lcmtypes/program/standard_streams.h"
+#include "lcmtypes/wire/text.h"
 
 namespace knap {
 namespace {
@@ -56,7 +57,7 @@ int RunVerifyLog(const VerifyArguments& arguments) {
   if (const std::optional<std::string> difference = recording.FindDifference()) {
     throw std::runtime_error(fmt::format("{} does not tell {}: {}", arguments.log, arguments.run, *difference));
   }
-  WriteOutput(fmt::format("{} tells {}\n", arguments.log, arguments.run));
+  WriteOutput(fmt::format("{} tells {}\n", CleanText(arguments.log), CleanText(arguments.run)));
   return kExitDone;
 }
 

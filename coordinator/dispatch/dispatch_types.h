@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -65,9 +66,9 @@ struct RolloutReport {
 struct RunProgress {
   std::int32_t state = 0;  // run_status_t::kWaiting, kLearning, kEvaluating, kDone
   double progress = 0.0;
-  double loss = 0.0;
+  double loss = std::numeric_limits<double>::quiet_NaN();  // until there is one
   double grad_norm = 0.0;
-  double best_loss = 0.0;
+  double best_loss = std::numeric_limits<double>::quiet_NaN();
   double radius = 0.0;
   double eta_s = -1.0;
   std::int32_t iteration = 0;

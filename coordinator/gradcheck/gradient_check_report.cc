@@ -3,19 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <iterator>
 #include <vector>
+
+#include "coordinator/run_directory/json_text.h"
 
 namespace knap {
 namespace {
 
 constexpr std::size_t kWorstShown = 5;
-
-nlohmann::ordered_json MakeNumber(double value) {
-  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
-}
 
 const char* GetName(GradientVerdict verdict) {
   switch (verdict) {
@@ -35,23 +32,23 @@ nlohmann::ordered_json MakeRolloutJson(const CheckedRollout& rollout, const Para
   for (std::size_t i = 0; i < rollout.parameters.size(); ++i) {
     const ParameterCheck& row = rollout.parameters[i];
     rows.push_back({{"name", parameters.names[i]},
-                    {"analytic", MakeNumber(row.analytic)},
-                    {"difference", MakeNumber(row.difference)},
-                    {"rel_error", MakeNumber(row.relative_error)},
+                    {"analytic", MakeJsonNumber(row.analytic)},
+                    {"difference", MakeJsonNumber(row.difference)},
+                    {"rel_error", MakeJsonNumber(row.relative_error)},
                     {"step", row.step},
                     {"plateau_steps", row.plateau_steps}});
   }
   return {{"draw", rollout.draw},
           {"theta", rollout.theta},
           {"variation", rollout.variation},
-          {"loss", MakeNumber(rollout.outcome.loss)},
+          {"loss", MakeJsonNumber(rollout.outcome.loss)},
           {"verdict", GetName(rollout.verdict)},
-          {"rel_error", MakeNumber(rollout.relative_error)},
+          {"rel_error", MakeJsonNumber(rollout.relative_error)},
           {"certificate",
            {{"finite", certificate.finite},
             {"converged", certificate.converged},
             {"gradient_reliable", certificate.gradient_reliable},
-            {"worst_residual", MakeNumber(certificate.worst_residual)},
+            {"worst_residual", MakeJsonNumber(certificate.worst_residual)},
             {"subdivided_steps", certificate.subdivided_steps},
             {"contact_onsets", certificate.contact_onsets}}},
           {"parameters", std::move(rows)}};

@@ -36,8 +36,8 @@ std::vector<Figure> MakeFigures(const ProgressState& state) {
   if (state.phase == ProgressPhase::kLearning) {
     figures.push_back({fmt::format("batch {}/{}", state.batch, state.batches)});
     figures.push_back({fmt::format("evaluation {}", state.evaluation)});
-    figures.push_back({state.loss ? fmt::format("loss {:.4g}{}", *state.loss, state.loss_unit) : "loss -"});
-    figures.push_back({state.best_loss ? fmt::format("best {:.4g}{}", *state.best_loss, state.loss_unit) : "best -"});
+    figures.push_back({"loss " + FormatLoss(state.loss, state.loss_unit)});
+    figures.push_back({"best " + FormatLoss(state.best_loss, state.loss_unit)});
   } else if (state.phase == ProgressPhase::kTesting) {
     figures.push_back({fmt::format("tested {}/{}", state.tested, state.tests)});
   } else {
@@ -85,6 +85,10 @@ std::string FormatDuration(double seconds) {
   const std::int64_t hours = total / 3600, minutes = total / 60 % 60;
   return hours > 0 ? fmt::format("{}:{:02}:{:02}", hours, minutes, total % 60)
                    : fmt::format("{}:{:02}", minutes, total % 60);
+}
+
+std::string FormatLoss(std::optional<double> loss, const std::string& unit) {
+  return loss && std::isfinite(*loss) ? fmt::format("{:.4g}{}", *loss, unit) : "-";
 }
 
 std::string FormatProgressBar(const ProgressState& state, int width, bool colour) {

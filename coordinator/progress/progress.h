@@ -41,6 +41,9 @@ std::optional<double> CalcTimeLeft(const ProgressState& state);
 // "0:07", "12:34", "1:02:03"; seconds are rounded.
 std::string FormatDuration(double seconds);
 
+// "12.3 mm²" with a unit such as " mm²" (ProgressState::loss_unit); "-" where there is none yet or it is not finite.
+std::string FormatLoss(std::optional<double> loss, const std::string& unit);
+
 // One line without a line end, at most `width` >= 20 columns: a bar, then as many of the figures as fit, the most
 // important first. Escape sequences for colour take no column; without `colour` there are none.
 std::string FormatProgressBar(const ProgressState& state, int width, bool colour);

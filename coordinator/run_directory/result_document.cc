@@ -8,14 +8,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-void CheckFinite(const Json& json, const std::string& path) {
-  if (json.is_number_float() && !std::isfinite(json.get<double>())) {
-    throw std::runtime_error("JSON cannot hold the value of " + (path.empty() ? "/" : path) + ": it is not finite");
-  }
-  if (!json.is_structured()) return;
-  for (const auto& [key, value] : json.items()) CheckFinite(value, path + "/" + key);
-}
-
 // The figures of the loss are null together where no rollout had a finite one.
 Json MakeLossFigure(const TestSummary& test, const Json& figure) {
   return std::isinf(test.loss_mean) ? Json() : figure;
@@ -70,13 +62,6 @@ Json MakeEvaluationJson(const TestSummary& summary, bool has_success) {
   json["not_converged"] = summary.not_converged;
   json["not_finite"] = summary.not_finite;
   return json;
-}
-
-Json MakeJsonNumber(double value) { return std::isfinite(value) ? Json(value) : Json(); }
-
-std::string MakeJsonText(const Json& json, int indent) {
-  CheckFinite(json, "");
-  return json.dump(indent);
 }
 
 }  // namespace knap

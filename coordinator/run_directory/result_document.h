@@ -33,11 +33,4 @@ nlohmann::ordered_json MakeResultJson(const ResultDocument& document);
 // Without a success test its rate and interval are null, and without a finite loss all figures of the loss.
 nlohmann::ordered_json MakeEvaluationJson(const TestSummary& summary, bool has_success);
 
-// Null where `value` is not finite: JSON has no infinity.
-nlohmann::ordered_json MakeJsonNumber(double value);
-
-// The text of `json`, with an indent of so many spaces or in one line (-1). Doubles read back to the same bits. JSON
-// has no NaN or infinity and the library would write null: throws std::runtime_error with the path of such a number.
-std::string MakeJsonText(const nlohmann::ordered_json& json, int indent);
-
 }  // namespace knap

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "coordinator/run_directory/durable_file.h"
+#include "coordinator/run_directory/json_text.h"
 
 namespace knap {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "coordinator/run_directory/result_document.h"
+#include "coordinator/run_directory/json_text.h"
 
 namespace knap {
 namespace {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "coordinator/progress/progress.h"
+#include "coordinator/run_directory/json_text.h"
 
 namespace knap {
 namespace {
@@ -23,8 +24,6 @@ const char* GetStateName(const char* const (&names)[N], std::int32_t state) {
   return state >= 0 && state < static_cast<std::int32_t>(N) ? names[state] : "unknown";
 }
 
-Json MakeNumber(double value) { return std::isfinite(value) ? Json(value) : Json(); }
-
 std::string FormatNumber64(std::int64_t number) { return fmt::format("{:016x}", static_cast<std::uint64_t>(number)); }
 
 double CalcAge(std::int64_t heard_us, std::int64_t now_us) {
@@ -34,14 +33,22 @@ double CalcAge(std::int64_t heard_us, std::int64_t now_us) {
 // So many characters of it: fmt counts them, never bytes.
 std::string Cut(const std::string& text, int width) { return fmt::format("{:.{}}", text, width); }
 
-std::string FormatRunLines(const WatchedRun& run, std::int64_t now_us, int width) {
+const RunTraits* FindTraits(const KnownRuns& known, std::int64_t run_id) {
+  const auto found = known.find(run_id);
+  return found == known.end() ? nullptr : &found->second;
+}
+
+std::string FormatRunLines(const WatchedRun& run, const RunTraits* traits, std::int64_t now_us, int width) {
   const run_status_t& s = run.status;
   std::vector<std::string> lines;
-  lines.push_back(fmt::format("run {} {}  {}  {:.0f}%  ETA {}  elapsed {}", s.scenario, s.method,
+  lines.push_back(fmt::format("run {} {}  {}  {:.0f}%  ETA {}  elapsed {}{}", s.scenario, s.method,
                               GetStateName(kRunStates, s.state), std::floor(100.0 * s.progress),
-                              s.eta_s >= 0.0 ? FormatDuration(s.eta_s) : "-:--", FormatDuration(s.elapsed_s)));
-  lines.push_back(fmt::format("  batch {}/{}  evaluation {}  loss {:.4g}  best {:.4g}  gradient {:.3g}  radius {:.3g}",
-                              s.batch, s.batch_count, s.iteration, s.loss, s.best_loss, s.grad_norm, s.radius));
+                              s.eta_s >= 0.0 ? FormatDuration(s.eta_s) : "-:--", FormatDuration(s.elapsed_s),
+                              traits && !traits->has_success ? "  no success test" : ""));
+  const std::string unit = traits ? traits->loss_unit : " (unit not known)";
+  lines.push_back(fmt::format("  batch {}/{}  evaluation {}  loss {}  best {}  gradient {:.3g}  radius {:.3g}", s.batch,
+                              s.batch_count, s.iteration, FormatLoss(s.loss, unit), FormatLoss(s.best_loss, unit),
+                              s.grad_norm, s.radius));
   lines.push_back(fmt::format(
       "  workers {}  rollouts {} ({:.1f}/s)  open {}  retries {}  refused {}{}", s.workers, s.requests_done,
       s.rollouts_per_s, s.requests_open, s.requests_reissued, s.messages_refused,
@@ -53,9 +60,9 @@ std::string FormatRunLines(const WatchedRun& run, std::int64_t now_us, int width
 
 }  // namespace
 
-std::string FormatStatus(const ClusterView& view, std::int64_t now_us, int width, bool colour) {
+std::string FormatStatus(const ClusterView& view, const KnownRuns& known, std::int64_t now_us, int width, bool colour) {
   std::string text;
-  for (const auto& [id, run] : view.runs()) text += FormatRunLines(run, now_us, width);
+  for (const auto& [id, run] : view.runs()) text += FormatRunLines(run, FindTraits(known, id), now_us, width);
   if (view.runs().empty()) text += "no run\n";
   if (view.workers().empty()) return text + "no workers\n";
   text += Cut(fmt::format("{:<20} {:<16} {:<9} {:>5} {:>5} {:>8} {:>7} {:>7} {:>7}", "worker", "host", "state", "step",
@@ -82,28 +89,31 @@ std::string FormatStatus(const ClusterView& view, std::int64_t now_us, int width
   return text;
 }
 
-Json MakeStatusJson(const ClusterView& view, std::int64_t now_us, const std::string& url) {
+Json MakeStatusJson(const ClusterView& view, const KnownRuns& known, std::int64_t now_us, const std::string& url) {
   Json runs = Json::array();
   for (const auto& [id, run] : view.runs()) {
     const run_status_t& s = run.status;
+    const RunTraits* traits = FindTraits(known, id);
     runs.push_back({{"run_id", FormatNumber64(s.run_id)},
                     {"scenario", s.scenario},
                     {"method", s.method},
                     {"state", GetStateName(kRunStates, s.state)},
-                    {"progress", MakeNumber(s.progress)},
-                    {"eta_s", s.eta_s >= 0.0 ? MakeNumber(s.eta_s) : Json()},
-                    {"elapsed_s", MakeNumber(s.elapsed_s)},
+                    {"progress", MakeJsonNumber(s.progress)},
+                    {"eta_s", s.eta_s >= 0.0 ? MakeJsonNumber(s.eta_s) : Json()},
+                    {"elapsed_s", MakeJsonNumber(s.elapsed_s)},
                     {"batch", s.batch},
                     {"batches", s.batch_count},
                     {"evaluations", s.iteration},
-                    {"loss", MakeNumber(s.loss)},
-                    {"best_loss", MakeNumber(s.best_loss)},
-                    {"gradient_norm", MakeNumber(s.grad_norm)},
-                    {"radius", MakeNumber(s.radius)},
+                    {"loss", MakeJsonNumber(s.loss)},
+                    {"best_loss", MakeJsonNumber(s.best_loss)},
+                    {"loss_unit", traits ? Json(traits->loss_unit.substr(traits->loss_unit.empty() ? 0 : 1)) : Json()},
+                    {"success_test", traits ? Json(traits->has_success) : Json()},
+                    {"gradient_norm", MakeJsonNumber(s.grad_norm)},
+                    {"radius", MakeJsonNumber(s.radius)},
                     {"theta", s.theta},
                     {"workers", s.workers},
                     {"rollouts", s.requests_done},
-                    {"rollouts_per_s", MakeNumber(s.rollouts_per_s)},
+                    {"rollouts_per_s", MakeJsonNumber(s.rollouts_per_s)},
                     {"open", s.requests_open},
                     {"retries", s.requests_reissued},
                     {"messages_refused", s.messages_refused},
@@ -122,7 +132,7 @@ Json MakeStatusJson(const ClusterView& view, std::int64_t now_us, const std::str
                        {"state", GetStateName(kWorkerStates, s.state)},
                        {"steps_done", s.steps_done},
                        {"steps_total", s.steps_total},
-                       {"busy", MakeNumber(s.busy_fraction)},
+                       {"busy", MakeJsonNumber(s.busy_fraction)},
                        {"finished", s.finished},
                        {"rollouts_per_s", worker.CalcRate()},
                        {"repeated", s.repeated},

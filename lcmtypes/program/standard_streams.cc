@@ -7,6 +7,9 @@
 #include <csignal>
 #include <cstddef>
 #include <cstdlib>
+#include <string>
+
+#include "lcmtypes/wire/text.h"
 
 namespace knap {
 namespace {
@@ -36,12 +39,20 @@ void SecureStandardStreams() {
   std::signal(SIGXFSZ, SIG_IGN);
 }
 
-void WriteOutput(std::string_view text) {
+void WriteOutput(std::string_view text) { DrawOutput(CleanLines(text)); }
+
+std::error_code WriteMessage(std::string_view text) { return DrawMessage(CleanLines(text)); }
+
+std::error_code WriteComplaint(std::string_view program, std::string_view what) {
+  return DrawMessage(CleanText(std::string(program) + ": " + std::string(what)) + "\n");
+}
+
+void DrawOutput(std::string_view text) {
   if (const std::error_code error = WriteAll(STDOUT_FILENO, text)) {
     throw std::system_error(error, "cannot write to stdout");
   }
 }
 
-std::error_code WriteMessage(std::string_view text) { return WriteAll(STDERR_FILENO, text); }
+std::error_code DrawMessage(std::string_view text) { return WriteAll(STDERR_FILENO, text); }
 
 }  // namespace knap

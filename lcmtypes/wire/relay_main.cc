@@ -55,7 +55,7 @@ int main(int argc, char** argv) {
         counters.clients, counters.relayed, counters.delivered, counters.dropped, counters.refused, counters.hungry,
         counters.accept_failures));
   } catch (const std::exception& e) {
-    knap::WriteMessage(fmt::format("knap-relay: {}\n", e.what()));
+    knap::WriteComplaint("knap-relay", e.what());
     return 1;
   }
   return 0;

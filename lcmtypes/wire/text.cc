@@ -58,6 +58,15 @@ std::string CleanText(std::string_view text, std::size_t max_bytes) {
   return clean;
 }
 
+std::string CleanLines(std::string_view text) {
+  std::string clean;
+  for (std::size_t end = text.find('\n'); end != std::string_view::npos; end = text.find('\n')) {
+    clean += CleanText(text.substr(0, end)) + "\n";
+    text.remove_prefix(end + 1);
+  }
+  return clean + CleanText(text);
+}
+
 std::string FindHostName() {
   std::array<char, 256> name{};
   gethostname(name.data(), name.size() - 1);

@@ -14,6 +14,9 @@ namespace knap {
 // a space. Cut to max_bytes at a whole character; never longer than the text was. Cleaning twice is cleaning once.
 std::string CleanText(std::string_view text, std::size_t max_bytes = std::string_view::npos);
 
+// The same for a text of several lines: its line ends stay.
+std::string CleanLines(std::string_view text);
+
 // This machine's name, clean.
 std::string FindHostName();
 

@@ -301,11 +301,13 @@ std::string FormatErrors(std::vector<ConfigError> errors, const std::string& fil
   std::string text;
   for (const ConfigError& error : errors) {
     const ConfigPosition& at = error.position;
-    text += at.override_index < 0
-                ? fmt::format("{}:{}:{}: ", file_name, at.line, at.column)
-                : fmt::format("command line: {}: ", overrides[static_cast<std::size_t>(at.override_index)]);
-    if (!error.field.empty()) text += error.field + ": ";
-    text += error.message + "\n";
+    std::string line = at.override_index < 0
+                           ? fmt::format("{}:{}:{}: ", file_name, at.line, at.column)
+                           : fmt::format("command line: {}: ", overrides[static_cast<std::size_t>(at.override_index)]);
+    if (!error.field.empty()) line += error.field + ": ";
+    line += error.message;
+    std::replace(line.begin(), line.end(), '\n', ' ');  // of what it quotes
+    text += line + "\n";
   }
   return text;
 }

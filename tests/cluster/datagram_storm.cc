@@ -12,14 +12,15 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
-#include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <random>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "lcmtypes/program/standard_streams.h"
 #include "lcmtypes/wire/multicast.h"
 
 namespace {
@@ -153,9 +154,10 @@ class Storm {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
+  knap::SecureStandardStreams();
   if (argc != 5) {
-    fmt::print(stderr, "usage: datagram_storm URL COUNT RATE SEED\n");
+    knap::WriteMessage("usage: datagram_storm URL COUNT RATE SEED\n");
     return 2;
   }
   const long count = std::atol(argv[2]), rate = std::atol(argv[3]);
@@ -168,5 +170,9 @@ int main(int argc, char** argv) {
     }
     storm.SendOne();
   }
-  fmt::print("{} datagrams, {} of the bus's own known\n", count, storm.overheard());
+  knap::WriteOutput(fmt::format("{} datagrams, {} of the bus's own known\n", count, storm.overheard()));
+  return 0;
+} catch (const std::exception& e) {
+  knap::WriteComplaint("datagram_storm", e.what());
+  return 1;
 }

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -20,6 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::AllOf;
+using ::testing::AnyOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -93,6 +95,103 @@ TEST_F(HostileEndsTest, ARunIsDoneWhetherOrNotAnybodyHearsOfIt) {
   EXPECT_EQ(Shell("{ knap learn --out gone " + kShort + " 2>&1 >/dev/null; echo $? >code; } | true").code, 0);
   EXPECT_EQ(ReadText(folder_ / "code"), "0\n");
   ExpectSameRun(folder_ / "gone", folder_ / "reference");
+}
+
+// Every command with progress: the result is whole, and says once that somebody missed the progress.
+TEST_F(HostileEndsTest, CommandsSayOnceThatProgressWasDropped) {
+  const std::string coarse = kConfig + " 'rollout.horizon=2 s' 'rollout.step=4 ms' --workers 2 ";
+  const std::string said = "progress is not all on stderr: No space left on device\n";
+  for (const std::string& command :
+       {"knap evaluate " + coarse + "--variations 4", "knap gradcheck " + coarse + "--rollouts 1 --tolerance 1000",
+        "rm -rf map; knap landscape " + coarse + "--x left_depth --y right_depth --grid 2 --variations 1 --out map"}) {
+    const Ended shown = Shell(command);
+    EXPECT_EQ(shown.code, 0) << command << shown.err;
+    EXPECT_THAT(shown.out, Not(HasSubstr("stderr"))) << command;
+    const Ended dropped = Shell(command + " 2>/dev/full");
+    EXPECT_EQ(dropped.code, 0) << command;
+    EXPECT_EQ(dropped.out, shown.out + said) << command;
+  }
+  for (const std::string& command : {"knap evaluate " + coarse + "--json --variations 4",
+                                     "knap gradcheck " + coarse + "--json --rollouts 1 --tolerance 1000"}) {
+    nlohmann::json shown = nlohmann::json::parse(Shell(command).out);
+    EXPECT_FALSE(shown.contains("progress_dropped")) << command;
+    shown["progress_dropped"] = "No space left on device";
+    EXPECT_EQ(nlohmann::json::parse(Shell(command + " 2>/dev/full").out), shown) << command;
+  }
+  EXPECT_EQ(Shell("knap study --methods ours --seeds 1 --out study " + kShort + " 2>/dev/full").code, 0);
+  EXPECT_TRUE(fs::exists(folder_ / "study/study.json"));
+  const std::string events = ReadText(folder_ / "study/events.jsonl");
+  const std::size_t told = events.find("progress_dropped");
+  EXPECT_NE(told, std::string::npos);
+  EXPECT_EQ(events.find("progress_dropped", told + 1), std::string::npos);
+}
+
+// Whatever a command line holds: a terminal does not obey it, a log stays UTF-8, and a message one line.
+TEST_F(HostileEndsTest, WhatMessagesQuoteIsClean) {
+  const std::string odd = R"(odd=$(printf 'a\377b\033[31mc\nd\302\233e'); )";
+  const std::string quoted = "a?b [31mc d e";
+  const auto expect_clean = [](const std::string& text, const std::string& command) {
+    EXPECT_NO_THROW(static_cast<void>(nlohmann::json(text).dump())) << command;  // UTF-8
+    EXPECT_TRUE(std::none_of(text.begin(), text.end(), [](char c) {
+      return (static_cast<unsigned char>(c) < 0x20 && c != '\n') || c == 0x7f;
+    })) << command;
+    EXPECT_THAT(text, Not(HasSubstr("\xc2\x9b"))) << command;  // a control character of two bytes
+  };
+  for (const std::string& command : {
+           std::string(R"(knap status run "$odd")"),
+           std::string(R"(knap learn "$odd")"),
+           "knap learn " + kConfig + R"( "learning.$odd=1")",
+           "knap learn " + kConfig + R"( "learning.alpha=$odd")",
+           "knap learn " + kConfig + R"( "$odd")",
+           "knap learn " + kConfig + R"( "--$odd")",
+           "knap learn " + kConfig + R"( --workers "$odd")",
+           "knap learn " + kConfig + R"( --method "$odd")",
+           "knap learn " + kConfig + R"( --key "$odd")",
+           "knap learn " + kConfig + R"( --lcm-url "$odd")",
+           std::string(R"(knap learn --resume "$odd")"),
+           "knap study " + kConfig + R"( --methods "$odd")",
+           std::string(R"(knap study --resume "$odd")"),
+           "knap evaluate " + kConfig + R"( --theta "$odd")",
+           "knap evaluate " + kConfig + R"( --theta "$odd=1")",
+           "knap evaluate " + kConfig + R"( --theta "left_depth=$odd")",
+           "knap landscape " + kConfig + R"( --x "$odd" --y left_depth)",
+           "knap rollout " + kConfig + R"( --theta "$odd")",
+           "knap gradcheck " + kConfig + R"( "$odd")",
+           std::string(R"(knap validate "$odd")"),
+           std::string(R"(knap repair "$odd")"),
+           std::string(R"(knap status "$odd")"),
+           std::string(R"(knap status --lcm-url "$odd")"),
+           std::string(R"(knap verify-log "$odd" "$odd")"),
+           std::string(R"(knap-worker "$odd")"),
+           std::string(R"(knap-worker --name "$odd")"),
+           std::string(R"(knap-worker --key "$odd")"),
+           std::string(R"(LCM_DEFAULT_URL="$odd" knap-worker)"),
+           std::string(R"(knap-relay "$odd")"),
+           std::string(R"(knap-relay --host "$odd")"),
+           std::string(R"(knap-relay --port "$odd")"),
+           std::string(R"(knap-lossy-bridge "$odd" "$odd" 1)"),
+           std::string(R"(knap-datagram-storm "$odd" 1 1 1)"),
+       }) {
+    const Ended ended = Shell(odd + command);
+    EXPECT_THAT(ended.code, AnyOf(1, 2)) << command;
+    EXPECT_EQ(ended.out, "") << command;
+    EXPECT_THAT(ended.err, HasSubstr(quoted)) << command;
+    expect_clean(ended.err, command);
+  }
+  // Files may have such names, and everything works.
+  fs::copy(KNAP_SOURCE_DIR "/configs", folder_ / "configs", fs::copy_options::recursive);
+  const Ended validated = Shell(odd + R"(mv configs "$odd"; knap validate "$odd/pushing.yaml")");
+  EXPECT_EQ(validated.code, 0) << validated.err;
+  EXPECT_THAT(validated.out, HasSubstr(quoted + "/pushing.yaml: valid"));
+  expect_clean(validated.out, "validate");
+  const std::string rest = kShort.substr(kConfig.size());
+  const Ended learned = Shell(odd + R"(knap learn "$odd/pushing.yaml" --out "$odd-run")" + rest);
+  EXPECT_EQ(learned.code, 0) << learned.err;
+  EXPECT_THAT(learned.err, HasSubstr(quoted + "-run/result.json"));
+  expect_clean(learned.err, "learn");
+  const Ended evaluated = Shell(odd + R"(knap evaluate "$odd-run" --json --workers 1)");
+  EXPECT_EQ(evaluated.code, 0) << evaluated.err;
+  expect_clean(evaluated.out, "evaluate");
 }
 
 TEST_F(HostileEndsTest, AFolderCalledLatestStopsNobody) {

@@ -14,7 +14,6 @@
 #include <chrono>
 #include <csignal>
 #include <cstdint>
-#include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <map>
@@ -23,6 +22,7 @@
 #include <string>
 #include <utility>
 
+#include "lcmtypes/program/standard_streams.h"
 #include "lcmtypes/wire/multicast.h"
 
 namespace {
@@ -119,7 +119,9 @@ class Bridge {
     }
   }
 
-  void Report() const { fmt::print("{} datagrams: {} lost, {} twice, {} late\n", heard_, lost_, twice_, late_); }
+  void Report() const {
+    knap::WriteOutput(fmt::format("{} datagrams: {} lost, {} twice, {} late\n", heard_, lost_, twice_, late_));
+  }
 
  private:
   bool Happens(double probability) { return std::uniform_real_distribution<>()(random_) < probability; }
@@ -143,8 +145,9 @@ class Bridge {
 }  // namespace
 
 int main(int argc, char** argv) {
+  knap::SecureStandardStreams();
   if (argc != 4) {
-    fmt::print(stderr, "usage: lossy_bridge URL_A URL_B SEED\n");
+    knap::WriteMessage("usage: lossy_bridge URL_A URL_B SEED\n");
     return 2;
   }
   std::signal(SIGTERM, CatchSignal);
@@ -154,7 +157,7 @@ int main(int argc, char** argv) {
     while (!g_stopped) bridge.Turn();
     bridge.Report();
   } catch (const std::exception& e) {
-    fmt::print(stderr, "lossy_bridge: {}\n", e.what());
+    knap::WriteComplaint("lossy_bridge", e.what());
     return 1;
   }
 }

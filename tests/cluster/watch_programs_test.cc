@@ -81,14 +81,17 @@ TEST_F(WatchTest, StatusShowsARunWhileItLearnsAndItsEnd) {
     const Ended ended = Run({"status", "run", "--json", "--wait", "600"});
     EXPECT_EQ(ended.code, 0) << ended.err;
     status = ended.code == 0 ? Json::parse(ended.out) : Json();
-    return ended.code != 0 || (status["runs"].size() == 1 && status["workers"].size() == 2 &&
-                               status["runs"][0]["workers"] == 2 && status["runs"][0]["rollouts_per_s"] > 0.0);
+    return ended.code != 0 ||
+           (status["runs"].size() == 1 && status["workers"].size() == 2 && status["runs"][0]["workers"] == 2 &&
+            status["runs"][0]["rollouts_per_s"] > 0.0 && status["runs"][0]["loss"].is_number());
   })) << status;
   ASSERT_EQ(status["runs"].size(), 1u);
   const Json& run = status["runs"][0];
   EXPECT_EQ(run["scenario"], "pushing");
   EXPECT_EQ(run["state"], "learning");
   EXPECT_EQ(run["theta"].size(), 7u);
+  EXPECT_EQ(run["loss_unit"], "m²");  // as in configs/pushing.yaml, of which the run's folder has a copy
+  EXPECT_EQ(run["success_test"], true);
   EXPECT_GT(run["rollouts"], 10);
   EXPECT_GT(run["progress"], 0.0);
   ASSERT_EQ(status["workers"].size(), 2u);
@@ -102,8 +105,8 @@ TEST_F(WatchTest, StatusShowsARunWhileItLearnsAndItsEnd) {
   EXPECT_TRUE(WaitFor([&] {
     const Ended text = Run({"status", "--lcm-url", url_, "--key", folder_ / "run/key", "--wait", "600"});
     EXPECT_EQ(text.code, 0) << text.err;
-    return ::testing::Matches(AllOf(HasSubstr("pushing ours  learning"), HasSubstr("local-1"), HasSubstr("local-2")))(
-        text.out);
+    return ::testing::Matches(AllOf(HasSubstr("pushing ours  learning"), HasSubstr("(unit not known)"),
+                                    HasSubstr("local-1"), HasSubstr("local-2")))(text.out);
   }));
   const Ended stranger = Run({"status", "--lcm-url", url_, "--wait", "5"});
   EXPECT_EQ(stranger.code, 1);

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <sstream>
 
 #include "coordinator/dispatch/answer_cache.h"
@@ -67,14 +68,14 @@ TEST(ClusterViewTest, TellsRatesStatesAndSilence) {
   EXPECT_EQ(view.workers().at(2).CalcRate(), 0.0);
   EXPECT_EQ(view.refusals().corrupt, 1);
 
-  const std::string text = FormatStatus(view, 4 * kSecond, 100, false);
+  const std::string text = FormatStatus(view, {}, 4 * kSecond, 100, false);
   EXPECT_THAT(text, AllOf(HasSubstr("pushing ours  learning  50%  ETA 1:30"), HasSubstr("retries 3"),
                           HasSubstr("alice"), HasSubstr("silent 3"), HasSubstr("computing"), Not(HasSubstr("\x1b"))));
-  EXPECT_THAT(FormatStatus(view, 4 * kSecond, 100, true), HasSubstr("\x1b[33mbob"));
-  std::istringstream lines(FormatStatus(view, 4 * kSecond, 30, false));
+  EXPECT_THAT(FormatStatus(view, {}, 4 * kSecond, 100, true), HasSubstr("\x1b[33mbob"));
+  std::istringstream lines(FormatStatus(view, {}, 4 * kSecond, 30, false));
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 30u) << line;
 
-  const auto json = MakeStatusJson(view, 4 * kSecond, "udpm://");
+  const auto json = MakeStatusJson(view, {}, 4 * kSecond, "udpm://");
   EXPECT_EQ(json["runs"][0]["retries"], 3);
   EXPECT_EQ(json["runs"][0]["state"], "learning");
   EXPECT_EQ(json["runs"][0]["eta_s"], 90.0);
@@ -89,7 +90,29 @@ TEST(ClusterViewTest, TellsRatesStatesAndSilence) {
   EXPECT_EQ(view.workers().count(2), 0u);
   view.Forget(40 * kSecond);
   EXPECT_TRUE(view.workers().empty());
-  EXPECT_THAT(FormatStatus(view, 40 * kSecond, 100, false), AllOf(HasSubstr("no run"), HasSubstr("no workers")));
+  EXPECT_THAT(FormatStatus(view, {}, 40 * kSecond, 100, false), AllOf(HasSubstr("no run"), HasSubstr("no workers")));
+}
+
+TEST(StatusTextTest, LossesHaveTheirUnitsWhereARunIsKnown) {
+  ClusterView view{RunKey()};
+  run_status_t run = MakeRun(1);
+  run.loss = 12.5;
+  run.best_loss = std::nan("");
+  view.Handle(MakeMessage(kRunStatusChannel, run, 0));
+  const KnownRuns tested = {{5, {" mm²", true}}}, untested = {{5, {" cm", false}}}, another = {{6, {" cm", false}}};
+  EXPECT_THAT(FormatStatus(view, tested, 0, 120, false),
+              AllOf(HasSubstr("loss 12.5 mm²  best -  gradient"), Not(HasSubstr("success"))));
+  EXPECT_THAT(FormatStatus(view, untested, 0, 120, false),
+              AllOf(HasSubstr("elapsed 0:00  no success test\n"), HasSubstr("loss 12.5 cm  best -  gradient")));
+  EXPECT_THAT(FormatStatus(view, another, 0, 120, false),
+              AllOf(HasSubstr("loss 12.5 (unit not known)  best -  gradient"), Not(HasSubstr("success"))));
+  const auto json = MakeStatusJson(view, untested, 0, "udpm://")["runs"][0];
+  EXPECT_EQ(json["loss"], 12.5);
+  EXPECT_TRUE(json["best_loss"].is_null());
+  EXPECT_EQ(json["loss_unit"], "cm");
+  EXPECT_EQ(json["success_test"], false);
+  EXPECT_TRUE(MakeStatusJson(view, another, 0, "udpm://")["runs"][0]["loss_unit"].is_null());
+  EXPECT_TRUE(MakeStatusJson(view, another, 0, "udpm://")["runs"][0]["success_test"].is_null());
 }
 
 TEST(StatusTextTest, OddNamesNeitherReachTheTerminalNorEndTheProgram) {
@@ -100,14 +123,14 @@ TEST(StatusTextTest, OddNamesNeitherReachTheTerminalNorEndTheProgram) {
   run_status_t run = MakeRun(1);
   run.scenario = "t\xc3\xa4st\n\xe6";
   view.Handle(MakeMessage(kRunStatusChannel, run, 0));
-  const std::string text = FormatStatus(view, 0, 100, false);
+  const std::string text = FormatStatus(view, {}, 0, 100, false);
   EXPECT_THAT(text,
               AllOf(HasSubstr("alice"), HasSubstr("[2J??host"), HasSubstr("t\xc3\xa4st ?"), Not(HasSubstr("\x1b"))));
-  EXPECT_EQ(MakeStatusJson(view, 0, "udpm://")["workers"][0]["host"], " [2J??host");
-  EXPECT_NO_THROW(static_cast<void>(MakeStatusJson(view, 0, "udpm://").dump()));
+  EXPECT_EQ(MakeStatusJson(view, {}, 0, "udpm://")["workers"][0]["host"], " [2J??host");
+  EXPECT_NO_THROW(static_cast<void>(MakeStatusJson(view, {}, 0, "udpm://").dump()));
   // Every width cuts the line somewhere; never inside the character of two bytes.
   for (int width = 1; width < 40; ++width) {
-    EXPECT_NO_THROW(static_cast<void>(nlohmann::json(FormatStatus(view, 0, width, false)).dump())) << width;
+    EXPECT_NO_THROW(static_cast<void>(nlohmann::json(FormatStatus(view, {}, 0, width, false)).dump())) << width;
   }
 }
 

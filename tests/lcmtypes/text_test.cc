@@ -44,6 +44,12 @@ TEST(TextTest, CharactersThatActBecomeSpaces) {
             "a b c");  // a line separator, right-to-left override
 }
 
+TEST(TextTest, LinesKeepTheirEnds) {
+  EXPECT_EQ(CleanLines("a\x1b\nb\xff\r\n\nc"), "a \nb? \n\nc");
+  EXPECT_EQ(CleanLines("\n"), "\n");
+  EXPECT_EQ(CleanLines(""), "");
+}
+
 TEST(TextTest, IsCutAtWholeCharacters) {
   EXPECT_EQ(CleanText("Gerät", 3), "Ger");
   EXPECT_EQ(CleanText("Gerät", 4), "Ger");
