@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace knap {
@@ -27,6 +28,9 @@ struct RolloutCertificate {
   double worst_residual = 0.0;     // largest scaled Newton residual accepted [-]
   std::int32_t subdivided_steps = 0;
   std::int32_t contact_onsets = 0;
+  double penetration = 0.0;    // the deepest contact, as a share of what the thinner body has
+  double largest_force = 0.0;  // of one contact [N]
+  std::string distrust{};      // why the rollout is not to be trusted; empty: nothing tells against it
   double loss_error = std::numeric_limits<double>::quiet_NaN();  // of time steps, Newton, rounding; NaN: not known
 };
 
@@ -34,7 +38,7 @@ struct RolloutOutcome {
   double loss = 0.0;
   bool success = false;
   std::vector<double> gradient;  // d values: dloss/dtheta, or empty
-  RolloutCertificate certificate;
+  RolloutCertificate certificate{};
   std::int32_t steps = 0;
   double forward_s = 0.0;   // wall time, for reports alone
   double gradient_s = 0.0;  // wall time, for reports alone

@@ -38,7 +38,10 @@ struct EngineAnswer {
   bool finite = false;
   bool converged = false;
   bool gradient_reliable = false;
+  std::string distrust;  // why the rollout is not to be trusted; empty: nothing tells against it
   double worst_residual = 0.0;
+  double penetration = 0.0;    // the deepest contact, as a share of what the thinner body has
+  double largest_force = 0.0;  // of one contact [N]
   double loss_error = std::numeric_limits<double>::quiet_NaN();  // NaN: not known
   std::int32_t subdivided_steps = 0;
   std::int32_t contact_onsets = 0;

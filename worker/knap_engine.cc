@@ -1,6 +1,8 @@
 // The engine `knap`: the differentiable simulator behind the worker's protocol.
 #include "worker/knap_engine.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <utility>
@@ -44,6 +46,9 @@ class KnapScenario final : public EngineScenario {
       answer.finite = output.certificate.finite;
       answer.converged = output.certificate.converged;
       answer.gradient_reliable = output.gradient_reliable;
+      answer.distrust = fmt::format("{}", fmt::join(output.distrust, "; "));
+      answer.penetration = output.certificate.penetration;
+      answer.largest_force = output.certificate.largest_force;
       answer.loss_error = output.loss_error;
       answer.worst_residual = output.certificate.worst_residual;
       answer.subdivided_steps = output.certificate.subdivided_steps;

@@ -232,6 +232,9 @@ void WorkerReactor::FinishJob(const EngineAnswer& answer) {
   head.loss = answer.loss;
   head.loss_error = answer.loss_error;
   head.worst_residual = answer.worst_residual;
+  head.penetration = answer.penetration;
+  head.largest_force = answer.largest_force;
+  head.distrust = answer.distrust;
   head.forward_s = answer.forward_s;
   head.gradient_s = answer.gradient_s;
   head.compute_s = last_compute_s_;

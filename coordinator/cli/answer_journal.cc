@@ -50,6 +50,8 @@ JournaledAnswer TakeAnswer(ByteReader* reader) {
   outcome.loss = reader->TakeDouble();
   certificate.worst_residual = reader->TakeDouble();
   certificate.loss_error = reader->TakeDouble();
+  certificate.penetration = reader->TakeDouble();
+  certificate.largest_force = reader->TakeDouble();
   outcome.forward_s = reader->TakeDouble();
   outcome.gradient_s = reader->TakeDouble();
   certificate.subdivided_steps = static_cast<std::int32_t>(reader->TakeInteger(4));
@@ -60,6 +62,7 @@ JournaledAnswer TakeAnswer(ByteReader* reader) {
   certificate.finite = (flags & 2U) != 0;
   certificate.converged = (flags & 4U) != 0;
   certificate.gradient_reliable = (flags & 8U) != 0;
+  certificate.distrust = reader->Take(static_cast<std::size_t>(reader->TakeInteger(4)));
   const std::uint64_t size = reader->TakeInteger(4);
   for (std::uint64_t i = 0; i < size; ++i) outcome.gradient.push_back(reader->TakeDouble());
   return answer;
@@ -73,7 +76,8 @@ std::string EncodeAnswers(std::span<const JournaledAnswer> answers) {
     for (const std::uint8_t byte : id) bytes.push_back(static_cast<char>(byte));
     const RolloutCertificate& certificate = outcome.certificate;
     for (const double value :
-         {outcome.loss, certificate.worst_residual, certificate.loss_error, outcome.forward_s, outcome.gradient_s}) {
+         {outcome.loss, certificate.worst_residual, certificate.loss_error, certificate.penetration,
+          certificate.largest_force, outcome.forward_s, outcome.gradient_s}) {
       AppendDouble(value, &bytes);
     }
     for (const std::int32_t value : {certificate.subdivided_steps, certificate.contact_onsets, outcome.steps}) {
@@ -82,6 +86,8 @@ std::string EncodeAnswers(std::span<const JournaledAnswer> answers) {
     const std::uint32_t flags = (outcome.success ? 1U : 0U) | (certificate.finite ? 2U : 0U) |
                                 (certificate.converged ? 4U : 0U) | (certificate.gradient_reliable ? 8U : 0U);
     AppendInteger(flags, 4, &bytes);
+    AppendInteger(certificate.distrust.size(), 4, &bytes);
+    bytes += certificate.distrust;
     AppendInteger(outcome.gradient.size(), 4, &bytes);
     for (const double value : outcome.gradient) AppendDouble(value, &bytes);
   }

@@ -120,6 +120,10 @@ void PrintTests(const Scene& scene, const ParameterSpec& parameters, const std::
           "        {} rollouts did not converge, {} are not finite: they count as failures with the worst loss\n",
           test.summary.not_converged, test.summary.not_finite);
     }
+    if (test.summary.untrusted > 0) {
+      text += fmt::format("        {} rollouts are not to be trusted and no success: {}\n", test.summary.untrusted,
+                          test.summary.distrust);
+    }
   }
   if (scene.success && tests.size() > 1) {
     text += fmt::format("median of {} designs: {:.1f}%\n", tests.size(), 100.0 * CalcMedianRate(tests));

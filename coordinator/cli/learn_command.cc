@@ -85,6 +85,12 @@ std::string FormatRate(const TestSummary& test) {
                      100.0 * test.success_interval.upper);
 }
 
+std::string FormatDistrust(const std::string& design, const TestSummary& test) {
+  if (test.untrusted == 0) return "";
+  return fmt::format("  distrust  {}: {} of {} test rollouts are not to be trusted: {}\n", design, test.untrusted,
+                     test.variations, test.distrust);
+}
+
 std::string FormatSummary(const Scene& scene, const ResultDocument& document, const RunDirectory& run,
                           bool has_picture) {
   std::string text = fmt::format("\n{}: learned with {} ({} rollouts) in {}\n", document.scenario, document.method,
@@ -98,9 +104,10 @@ std::string FormatSummary(const Scene& scene, const ResultDocument& document, co
   }
   text += fmt::format("  mean loss {:.4g} -> {:.4g}{}\n", document.test_initial.loss_mean,
                       document.test_learned.loss_mean, FormatLossUnit(scene));
+  text += FormatDistrust("initial", document.test_initial) + FormatDistrust("learned", document.test_learned);
   if (scene.design) {
     text += fmt::format(
-        "  tool      {} (millimetres, ready to print)\n",
+        "  tool      {} (millimetres)\n",
         CleanText((run.tool_path() / (scene.design->bodies.size() == 1 ? "learned.stl" : "learned_*.stl")).string()));
   }
   if (scene.policy) text += fmt::format("  policy    {}\n", CleanText((run.policy_path() / "learned.txt").string()));

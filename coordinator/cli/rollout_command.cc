@@ -93,6 +93,10 @@ nlohmann::ordered_json MakeJson(const RolloutRecord& record) {
           {"certificate",
            {{"finite", output.certificate.finite},
             {"converged", output.certificate.converged},
+            {"trusted", output.distrust.empty()},
+            {"distrust", output.distrust},
+            {"penetration", MakeJsonNumber(output.certificate.penetration)},
+            {"largest_force", MakeJsonNumber(output.certificate.largest_force)},
             {"gradient_reliable", output.gradient_reliable},
             {"reasons", output.doubts},
             {"loss_error", MakeJsonNumber(output.loss_error)},
@@ -123,6 +127,11 @@ std::string FormatRecord(const RolloutRecord& record) {
                  "certified  finite {}, converged {}; worst residual {:.1e}, {} steps subdivided, {} contact onsets\n",
                  yes(output.certificate.finite), yes(output.certificate.converged), output.certificate.worst_residual,
                  output.certificate.subdivided_steps, output.certificate.contact_onsets);
+  fmt::format_to(out, "           deepest contact {:.2g}% of the thinner body, largest force {:.3g} N\n",
+                 100.0 * output.certificate.penetration, output.certificate.largest_force);
+  for (const std::string& reason : output.distrust) {
+    fmt::format_to(out, "           not to be trusted, and no success: {}\n", reason);
+  }
   if (std::isfinite(output.loss_error)) {
     fmt::format_to(out, "           time steps, Newton and rounding move the loss by about {:.1e}\n",
                    output.loss_error);

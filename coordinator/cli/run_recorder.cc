@@ -168,6 +168,9 @@ void RunRecorder::RecordAnswer(const RolloutReport& report) {
   row.converged = report.outcome->certificate.converged;
   row.gradient_reliable = report.outcome->certificate.gradient_reliable;
   row.loss_error = report.outcome->certificate.loss_error;
+  row.penetration = report.outcome->certificate.penetration;
+  row.largest_force = report.outcome->certificate.largest_force;
+  row.distrust = report.outcome->certificate.distrust;
   row.forward_s = report.outcome->forward_s;
   row.gradient_s = report.outcome->gradient_s;
   rollouts_.Append(row);

@@ -20,6 +20,10 @@ std::string Compare(const std::string& field, std::int64_t theirs, std::int64_t 
   return theirs == ours ? "" : fmt::format("{} is {} instead of {}", field, theirs, ours);
 }
 
+std::string Compare(const std::string& field, const std::string& theirs, const std::string& ours) {
+  return theirs == ours ? "" : fmt::format("{} is '{}' instead of '{}'", field, theirs, ours);
+}
+
 }  // namespace
 
 const AnswerCache::Answer* AnswerCache::Find(const ContentId& id) const {
@@ -45,6 +49,9 @@ RolloutOutcome MakeOutcome(const rollout_result_t& result, const std::vector<dou
   outcome.certificate.gradient_reliable = result.gradient_reliable != 0;
   outcome.certificate.loss_error = result.loss_error;
   outcome.certificate.worst_residual = result.worst_residual;
+  outcome.certificate.penetration = result.penetration;
+  outcome.certificate.largest_force = result.largest_force;
+  outcome.certificate.distrust = result.distrust;
   outcome.certificate.subdivided_steps = result.subdivided_steps;
   outcome.certificate.contact_onsets = result.contact_onsets;
   outcome.steps = result.steps;
@@ -66,6 +73,9 @@ std::string DescribeDifference(const rollout_result_t& part, const RolloutOutcom
                    std::int64_t{certificate.gradient_reliable}),
            Compare("loss_error", part.loss_error, certificate.loss_error),
            Compare("worst_residual", part.worst_residual, certificate.worst_residual),
+           Compare("penetration", part.penetration, certificate.penetration),
+           Compare("largest_force", part.largest_force, certificate.largest_force),
+           Compare("distrust", part.distrust, certificate.distrust),
            Compare("subdivided_steps", std::int64_t{part.subdivided_steps}, std::int64_t{certificate.subdivided_steps}),
            Compare("contact_onsets", std::int64_t{part.contact_onsets}, std::int64_t{certificate.contact_onsets}),
            Compare("steps", std::int64_t{part.steps}, std::int64_t{outcome.steps}),

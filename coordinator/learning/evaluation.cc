@@ -50,10 +50,18 @@ Spread CalcSpread(std::span<const double> values) {
 TestSummary SummarizeTest(std::span<const RolloutOutcome> outcomes, std::uint64_t seed) {
   TestSummary summary{.variations = static_cast<int>(outcomes.size()), .seed = seed};
   int successes = 0;
+  double deepest = 0.0;
   for (const RolloutOutcome& outcome : outcomes) {
+    const RolloutCertificate& certificate = outcome.certificate;
     if (!HasFailed(outcome)) {
       successes += outcome.success ? 1 : 0;
-    } else if (outcome.certificate.finite && std::isfinite(outcome.loss)) {
+      if (certificate.distrust.empty()) continue;
+      if (summary.untrusted == 0 || certificate.penetration > deepest) {
+        deepest = certificate.penetration;
+        summary.distrust = certificate.distrust;
+      }
+      ++summary.untrusted;
+    } else if (certificate.finite && std::isfinite(outcome.loss)) {
       ++summary.not_converged;
     } else {
       ++summary.not_finite;

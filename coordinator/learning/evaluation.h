@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "coordinator/learning/problem.h"
@@ -38,6 +39,8 @@ struct TestSummary {
   Interval success_interval{};     // 95%, Wilson
   int not_converged = 0;           // rollouts with a finite loss whose certificate says not converged
   int not_finite = 0;              // rollouts without a finite loss
+  int untrusted = 0;               // rollouts with a finite loss that tell why they are not to be trusted
+  std::string distrust{};          // what that of them tells whose contact is the deepest
 };
 
 // One outcome a variation, in index order; at least one. Where no loss is finite, all figures of the loss are infinite.

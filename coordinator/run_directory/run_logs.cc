@@ -67,17 +67,19 @@ void MetricsLog::Append(double time_s, const LearningEvaluation& evaluation) {
 }
 
 RolloutLog::RolloutLog(const std::filesystem::path& path)
-    : file_(OpenLines(path,
-                      "id,kind,variation,worker,attempt,loss,success,converged,gradient_reliable,loss_error,time_s,"
-                      "forward_s,gradient_s\n")) {}
+    : file_(
+          OpenLines(path,
+                    "id,kind,variation,worker,attempt,loss,success,converged,gradient_reliable,loss_error,penetration,"
+                    "largest_force,distrust,time_s,forward_s,gradient_s\n")) {}
 
 void RolloutLog::Append(const RolloutRow& row) {
   std::string variation;
   for (const double value : row.variation) variation += fmt::format("{}{}", variation.empty() ? "" : " ", value);
   const std::string loss_error = std::isfinite(row.loss_error) ? fmt::format("{}", row.loss_error) : "";
-  file_.Write(fmt::format("{},{},{},{},{},{},{:d},{:d},{:d},{},{},{},{}\n", MakeCsvField(row.id),
+  file_.Write(fmt::format("{},{},{},{},{},{},{:d},{:d},{:d},{},{},{},{},{},{},{}\n", MakeCsvField(row.id),
                           MakeCsvField(row.kind), variation, MakeCsvField(row.worker), row.attempt, row.loss,
-                          row.success, row.converged, row.gradient_reliable, loss_error,
+                          row.success, row.converged, row.gradient_reliable, loss_error, row.penetration,
+                          row.largest_force, MakeCsvField(row.distrust),
                           FormatMicroseconds(RoundToMicroseconds(row.time_s)), row.forward_s, row.gradient_s));
 }
 

@@ -46,12 +46,15 @@ struct RolloutRow {
   bool success = false, converged = false, gradient_reliable = false;
   double loss_error =
       std::numeric_limits<double>::quiet_NaN();  // what time steps and rounding do to it; NaN: not known
+  double penetration = 0.0;                      // the deepest contact, as a share of what the thinner body has
+  double largest_force = 0.0;                    // of one contact [N]
+  std::string distrust{};                        // why it is not to be trusted; empty: nothing tells against it
   double forward_s = 0.0, gradient_s = 0.0;      // the worker's own wall times
 };
 
 // rollouts.csv: one row a rollout result. Columns as the members above, in the order id, kind, variation, worker,
-// attempt, loss, success, converged, gradient_reliable, loss_error, time_s, forward_s, gradient_s; loss_error is empty
-// where it is not known.
+// attempt, loss, success, converged, gradient_reliable, loss_error, penetration, largest_force, distrust, time_s,
+// forward_s, gradient_s; loss_error is empty where it is not known.
 class RolloutLog {
  public:
   explicit RolloutLog(const std::filesystem::path& path);

@@ -46,15 +46,17 @@ void SetCounts(rollout_result_t* message) { message->value_count = Count(message
 
 void CleanTexts(rollout_result_t* message) {
   Clean(&message->worker, kMaxNameLength);
+  Clean(&message->distrust, kMaxReasonLength);
   Clean(&message->error, kMaxErrorLength);
 }
 
 void Scan(const rollout_result_t*, WireScanner* scanner) {
-  scanner->Skip(10 * kScalar64 + 9 * kScalar32);
+  scanner->Skip(12 * kScalar64 + 9 * kScalar32);
   for (int i = 0; i < 2; ++i) scanner->TakeCount(kMaxValues);  // gradient size and first index
   const std::size_t values = scanner->TakeCount(kValuesPerPart);
   scanner->Skip(kId + values * kScalar64);
   scanner->SkipString(kMaxNameLength);
+  scanner->SkipString(kMaxReasonLength);
   scanner->SkipString(kMaxErrorLength);
   scanner->Skip(RunKey::kDigestSize);
 }

@@ -51,8 +51,10 @@ void ContactModel::AddSide(std::size_t s, Dynamics* dynamics) {
   const BodyKinematics& S = dynamics->kinematics()[side.field_body];
   SideState& state = states_[s];
   state.num_touches = 0;
-  if (!near_[s].MayTouch(B.X_WB, S.X_WB)) return;
+  state.depth_share = 0.0;
   const RelativeMotion motion = RelativeMotion::Make(B.X_WB, B.V, S.X_WB, S.V);
+  state.X_SB = motion.X_SB;
+  if (!near_[s].MayTouch(B.X_WB, S.X_WB)) return;
   CalcPatches(side, &near_[s], motion.X_SB, &state.at);
   state.wrench = PairWrench(motion);
   PatchLawInput input;
@@ -83,11 +85,12 @@ void ContactModel::AddSide(std::size_t s, Dynamics* dynamics) {
       bristles_.z.push_back(touch.law.bristle());
     }
     report.depth = std::max(report.depth, patch.depth);
-    report.depth_share = std::max(report.depth_share, patch.depth / side.deepest);
+    state.depth_share = std::max(state.depth_share, patch.depth / side.deepest);
   }
   if (state.num_touches == 0) return;
   state.wrench.AddTo(side.body, side.field_body, dynamics);
   report.active = true;
+  report.depth_share = std::max(report.depth_share, state.depth_share);
   const int first = contacts_[side.pair].bodies[0];
   const double sign = first == side.body ? 1.0 : -1.0;
   const Vector3d f_W = sign * (S.X_WB.R * state.wrench.F().tail<3>());

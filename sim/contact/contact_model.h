@@ -19,7 +19,10 @@
 
 namespace knap {
 
-// What one contact did at the last evaluation, for onset counts, reports and tests.
+// A share of the depth that the thinner of two bodies, or the field, has: what is deeper has gone through.
+inline constexpr double kPassage = 0.5;
+
+// What one contact did at the last evaluation, for onset counts, certificates, reports and tests.
 struct ContactReport {
   bool active = false;
   Eigen::Vector3d f_W = Eigen::Vector3d::Zero();  // on the first body [N]
@@ -56,6 +59,12 @@ class ContactModel {
   // Adds the derivatives of the wrenches added last to dynamics->external() and cross().
   void AddDerivatives(ContactDerivatives derivatives, Dynamics* dynamics);
 
+  // Whether a step leads through a body: on the straight way of each pair from where NotePoses saw them to where
+  // AddWrenches saw them last, with even speed and turn, the first contact that is deeper than kPassage on the way and
+  // at neither end; -1 where there is none. Only ways longer than a quarter of the thinner body are looked at.
+  int FindPassage();
+  void NotePoses();
+
   // Of the last AddWrenches.
   const std::vector<ContactReport>& reports() const { return reports_; }
   const Bristles& bristles() const { return bristles_; }
@@ -86,12 +95,15 @@ class ContactModel {
   };
   // One side at the last evaluation.
   struct SideState {
+    Pose X_SB;
+    double depth_share = 0.0;
     SidePatches at;
     std::vector<Touch> touches;  // the first num_touches of them, in the order of their cells
     int num_touches = 0;
     PairWrench wrench;
   };
   void AddSide(std::size_t s, Dynamics* dynamics);
+  bool LeadsThrough(std::size_t s);
   // Cotangents of one touch under bar_F · (wrench on B about So) + bar_bristle · bristle; nu's are returned.
   Vector6d PullBackTouch(const Vector6d& bar_F, const Bristle& bar_bristle, Touch* touch, Cotangents* out);
 
@@ -101,6 +113,12 @@ class ContactModel {
   std::vector<NearFacets> near_;
   std::vector<SideState> states_;
   std::vector<ContactReport> reports_;
+  struct Noted {
+    Pose X_SB;
+    double depth_share = 0.0;
+  };
+  std::vector<Noted> noted_;  // one a side; none before NotePoses
+  SidePatches on_the_way_;    // scratch
   bool has_bristles_ = false;
   double h_ = 0.0;
   Bristles previous_;

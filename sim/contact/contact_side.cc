@@ -64,7 +64,7 @@ ContactSide MakeSide(const ContactPair& contact, int touching, double share) {
   if (IsRound(shape)) {
     const RoundField round = MakeRound(shape);
     side.axis = RoundAxis{round.center, round.axis, round.half_length, round.radius};
-    if (IsRound(other)) side.deepest = 0.5 * (round.radius + CalcHalfWidth(other));
+    if (IsRound(other)) side.deepest = std::min(side.size, 0.5 * (round.radius + CalcHalfWidth(other)));
   } else if (const auto* box = std::get_if<BoxGeometry>(&shape)) {
     side.facets = std::make_shared<ContactMesh>(ContactMesh::MakeBox(box->half, box->center));
   } else {

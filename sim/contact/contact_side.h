@@ -61,6 +61,12 @@ class NearFacets {
  public:
   explicit NearFacets(const ContactSide& side);
 
+  // Of a ball around B, in B.
+  const Eigen::Vector3d& center_B() const { return center_B_; }
+  double radius_B() const { return radius_B_; }
+  // Of a ball around the field, in S; infinite for a half-space.
+  Eigen::Vector3d center_S() const { return field_.center(); }
+  double radius_S() const { return radius_S_; }
   // Whether the balls overlap: without it nothing touches.
   bool MayTouch(const Pose& X_WB, const Pose& X_WS) const;
   // Ascending, a superset of the facets that reach the field.

@@ -87,7 +87,9 @@ bool Simulator::ChooseStep(double end, const SimulationOptions& options, Traject
       const double error =
           control_.CalcError(h, options.tolerance, speed, slopes(size - 1), slopes(size), slopes(size + 1));
       factor = StepControl::CalcFactor(error);
-      if (error <= 1.0 || h <= kLeastShare * options.step) {
+      const bool least = h <= kLeastShare * options.step;
+      const bool passes = !least && error <= 1.0 && contacts_->FindPassage() >= 0;
+      if (least || (error <= 1.0 && !passes)) {
         if (rejected) factor = std::min(factor, 1.0);
         double next = factor * h;
         if (h < wanted && factor >= 1.0 && !rejected) next = std::max(next, wanted);
@@ -96,7 +98,7 @@ bool Simulator::ChooseStep(double end, const SimulationOptions& options, Traject
         Accept(trajectory);
         return true;
       }
-      factor = std::min(factor, 0.9);
+      factor = passes ? 0.25 : std::min(factor, 0.9);
     } else if (h <= kLeastShare * options.step) {
       return false;
     }

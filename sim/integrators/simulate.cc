@@ -53,6 +53,7 @@ Trajectory Simulator::Run(const VectorXd& q0, const VectorXd& v0, const Simulati
   was_active_.assign(contacts_->contacts().size(), false);
   trajectory.last_touched_.assign(contacts_->contacts().size(), -std::numeric_limits<double>::infinity());
   NoteContacts(0.0, &trajectory);
+  contacts_->NotePoses();
   trajectory.certificate.contact_onsets = 0;  // what touches from the start has no onset
   trajectory.memory_ = options.memory;
   trajectory.blocks_.front().seed = trajectory.MakeSeed();
@@ -117,6 +118,10 @@ Trajectory Simulator::Repeat(const Trajectory::Seed& seed, int first_step, const
   block.choice_ = seed.choice;
   was_active_.assign(contacts_->contacts().size(), false);
   block.last_touched_.assign(was_active_.size(), 0.0);
+  dynamics_->CalcKinematics(seed.q, seed.v, zero_, seed.time);
+  contacts_->BeginStep(0.0, seed.bristles.bent);
+  contacts_->AddWrenches(dynamics_);
+  contacts_->NotePoses();
   TakeSteps(first_step, std::min(first_step + kStepsPerBlock, options.steps), options, nullptr, &block);
   return block;
 }
@@ -142,11 +147,16 @@ Trajectory::Replay Simulator::MakeReplay(const SimulationOptions& options) const
 }
 
 bool Simulator::TakeFixed(double time, double h, int depth, const SimulationOptions& options, Trajectory* trajectory) {
-  const int k = trajectory->size() - 1;
-  const bool second_order = options.order == 2 && depth == 0 && k > 0 && trajectory->formula(k).h == h;
+  const int size = trajectory->size();
+  const bool second_order = options.order == 2 && depth == 0 && size > 1 && trajectory->formula(size - 1).h == h;
+  saved_predictor_ = predictor_;
   if (Solve(time + h, second_order ? StepFormula::Bdf2(h) : StepFormula::Bdf1(h), options, trajectory)) {
-    Accept(trajectory);
-    return true;
+    if (depth == kMaxSubdivisions || contacts_->FindPassage() < 0) {
+      Accept(trajectory);
+      return true;
+    }
+    trajectory->CutBackTo(size);
+    predictor_ = saved_predictor_;
   }
   if (depth == kMaxSubdivisions) return false;
   const double half = 0.5 * h;
@@ -156,16 +166,26 @@ bool Simulator::TakeFixed(double time, double h, int depth, const SimulationOpti
 
 void Simulator::Accept(Trajectory* trajectory) {
   const double time = trajectory->time(trajectory->size() - 1);
-  ++trajectory->certificate.steps;
+  SimulationCertificate& certificate = trajectory->certificate;
+  ++certificate.steps;
+  if (certificate.passed_contact < 0) certificate.passed_contact = contacts_->FindPassage();
+  contacts_->NotePoses();
   NoteContacts(time, trajectory);
   if (observer) observer(time);
 }
 
 void Simulator::NoteContacts(double time, Trajectory* trajectory) {
+  SimulationCertificate& certificate = trajectory->certificate;
   for (std::size_t i = 0; i < was_active_.size(); ++i) {
-    const bool active = contacts_->reports()[i].active;
+    const ContactReport& report = contacts_->reports()[i];
+    const bool active = report.active;
+    if (report.depth_share > certificate.penetration) {
+      certificate.penetration = report.depth_share;
+      certificate.deepest_contact = static_cast<int>(i);
+    }
+    certificate.largest_force = std::max(certificate.largest_force, report.f_W.norm());
     if (active) trajectory->last_touched_[i] = time;
-    if (active && !was_active_[i]) ++trajectory->certificate.contact_onsets;
+    if (active && !was_active_[i]) ++certificate.contact_onsets;
     was_active_[i] = active;
   }
 }

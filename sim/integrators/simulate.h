@@ -14,7 +14,8 @@
 // has been thrown away, forces are small beside the inertial terms, which are quadratic in the rates and judge the
 // residual. A fixed step that does not converge even so is cut in two, by BDF1, up to kMaxSubdivisions times; one of
 // chosen length is begun again with a quarter of it, down to kLeastShare of a whole step. What still fails ends the
-// trajectory with converged = false.
+// trajectory with converged = false. A step that leads through a body (ContactModel::FindPassage) is cut likewise; what
+// passes even in the least step is named by the certificate.
 #pragma once
 
 #include <Eigen/Dense>

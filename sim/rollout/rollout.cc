@@ -206,6 +206,24 @@ bool RolloutModel::TestSuccess(const Simulated& s) const {
                     *s.scene.success);
 }
 
+std::vector<std::string> RolloutModel::FindDistrust(const Simulated& s) const {
+  const SimulationCertificate& certificate = s.trajectory->certificate;
+  const auto name = [&](int pair, int k) {
+    return s.scene.contacts[static_cast<std::size_t>(s.model.contact_of_pair[static_cast<std::size_t>(pair)])]
+        .bodies[k];
+  };
+  std::vector<std::string> out;
+  if (certificate.penetration > s.scene.trust.penetration) {
+    const int pair = certificate.deepest_contact;
+    out.push_back(fmt::format("{} and {} press into one another, {:.0f}% of what the thinner one has", name(pair, 0),
+                              name(pair, 1), 100.0 * certificate.penetration));
+  }
+  if (const int pair = certificate.passed_contact; pair >= 0) {
+    out.push_back(fmt::format("{} and {} pass through one another", name(pair, 0), name(pair, 1)));
+  }
+  return out;
+}
+
 double RolloutModel::Evaluate(const Simulated& s, const Reference* reference, Cotangents* bar) const {
   bar->commands.setZero(s.commands.rows(), s.commands.cols());
   if (s.policy) bar->policy_commands.setZero(s.policy->commands().rows(), s.policy->commands().cols());
@@ -345,7 +363,8 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
   }
   Cotangents bar;
   out.loss = Evaluate(s, reference, &bar);
-  out.success = s.scene.success && TestSuccess(s);
+  out.distrust = FindDistrust(s);
+  out.success = s.scene.success && out.distrust.empty() && TestSuccess(s);
   out.certificate.finite = std::isfinite(out.loss);
   const double middle = clock ? clock() : 0.0;
   forward_s = middle - start;

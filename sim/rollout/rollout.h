@@ -51,6 +51,9 @@ struct RolloutOutput {
   // Whether the gradient is that of the problem, as far as this rollout can tell: no entry in `doubts`. See
   // docs/method.md.
   bool gradient_reliable = true;
+  // Why the rollout is not to be trusted, and therefore no success: which bodies pressed into one another deeper than
+  // the scene allows, or passed through one another. Empty: nothing tells against it.
+  std::vector<std::string> distrust;
   std::vector<std::string> doubts;  // "cut steps", "rounding", "time steps", "touchdowns", "tolerance"
   int steps = 0;                    // steps simulated, those of chosen length one by one
   // Why nothing was simulated: theta or theta_reference makes a mesh that bounds no body. Then the certificate says
@@ -135,6 +138,7 @@ class RolloutModel {
   double EvaluateTask(const Simulated& s, Cotangents* bar) const;
   double EvaluateDistillation(const Simulated& s, const Reference& reference, Cotangents* bar) const;
   bool TestSuccess(const Simulated& s) const;
+  std::vector<std::string> FindDistrust(const Simulated& s) const;
   // The loss of the input's kind and what it puts on *bar.
   double Evaluate(const Simulated& s, const Reference* reference, Cotangents* bar) const;
   // Of one sweep.

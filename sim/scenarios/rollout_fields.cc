@@ -80,4 +80,13 @@ void VisitFields(FieldVisitor& v, GradientDemand& g) {
            g.flagged);
 }
 
+void VisitFields(FieldVisitor& v, TrustDemand& t) {
+  v.Number({.key = "penetration",
+            .doc = "how deep bodies may press into one another, as a share of half the thinner one's width; a rollout "
+                   "with a deeper contact is not to be trusted",
+            .required = false,
+            .range = kPositive},
+           t.penetration);
+}
+
 }  // namespace knap

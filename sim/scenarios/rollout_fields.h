@@ -8,5 +8,6 @@ namespace knap {
 
 void VisitFields(FieldVisitor& v, Rollout& rollout);
 void VisitFields(FieldVisitor& v, GradientDemand& demand);
+void VisitFields(FieldVisitor& v, TrustDemand& demand);
 
 }  // namespace knap

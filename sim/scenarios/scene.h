@@ -363,6 +363,11 @@ struct GradientDemand {
   double flagged = 0.05;  // share of rollouts whose own certificate may warn
 };
 
+// What rollouts are held to: one that is not is not to be trusted, and no success.
+struct TrustDemand {
+  double penetration = 0.5;  // of the depth that the thinner of two bodies, or the field of a round one, has
+};
+
 // ---- The whole ----------------------------------------------------------------------------------------------------
 
 inline constexpr std::int64_t kSceneSchema = 1;
@@ -393,6 +398,7 @@ struct Scene {
   Learning learning;
   Evaluation evaluation;
   GradientDemand gradient;
+  TrustDemand trust;
 
   bool IsDriven() const { return controls || policy; }
 };

@@ -364,6 +364,7 @@ void VisitFields(FieldVisitor& v, Scene& s) {
   v.Struct({.key = "learning", .doc = "schedule and optimizer", .required = false}, s.learning);
   v.Struct({.key = "evaluation", .doc = "on unseen variations", .required = false}, s.evaluation);
   v.Struct({.key = "gradient", .doc = "what gradients are held to", .required = false}, s.gradient);
+  v.Struct({.key = "trust", .doc = "what rollouts are held to", .required = false}, s.trust);
 }
 
 }  // namespace knap

@@ -40,6 +40,9 @@ void ExpectSame(const JournaledAnswer& a, const JournaledAnswer& b) {
   EXPECT_EQ(a.outcome.certificate.worst_residual, b.outcome.certificate.worst_residual);
   EXPECT_EQ(a.outcome.certificate.subdivided_steps, b.outcome.certificate.subdivided_steps);
   EXPECT_EQ(a.outcome.certificate.contact_onsets, b.outcome.certificate.contact_onsets);
+  EXPECT_EQ(a.outcome.certificate.penetration, b.outcome.certificate.penetration);
+  EXPECT_EQ(a.outcome.certificate.largest_force, b.outcome.certificate.largest_force);
+  EXPECT_EQ(a.outcome.certificate.distrust, b.outcome.certificate.distrust);
   EXPECT_EQ(a.outcome.steps, b.outcome.steps);
   EXPECT_EQ(a.outcome.forward_s, b.outcome.forward_s);
   EXPECT_EQ(a.outcome.gradient_s, b.outcome.gradient_s);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <stdexcept>
 #include <vector>
 
@@ -32,6 +33,21 @@ TEST(EvaluationTest, WilsonIntervalGivesThePublishedLimits) {
   EXPECT_EQ(all.upper, 1.0);
   EXPECT_NEAR(all.lower, 1.0 - 0.1611, 5e-5);
   EXPECT_THROW(CalcWilsonInterval(1, 0), std::invalid_argument);
+}
+
+TEST(EvaluationTest, UntrustedRolloutsAreCountedAndTheDeepestIsNamed) {
+  std::vector<RolloutOutcome> outcomes;
+  for (int i = 0; i < 6; ++i) outcomes.push_back(MakeOutcome(i, i < 2));
+  outcomes[3].certificate.distrust = "pea in tool, 61%";
+  outcomes[3].certificate.penetration = 0.61;
+  outcomes[4].certificate.distrust = "pea in tool, 74%";
+  outcomes[4].certificate.penetration = 0.74;
+  outcomes[5] = MakeOutcome(std::numeric_limits<double>::quiet_NaN(), false);
+  const TestSummary summary = SummarizeTest(outcomes, 1);
+  EXPECT_EQ(summary.untrusted, 2);
+  EXPECT_EQ(summary.distrust, "pea in tool, 74%");
+  EXPECT_EQ(summary.not_finite, 1);
+  EXPECT_EQ(SummarizeTest(std::span(outcomes).first(3), 1).untrusted, 0);
 }
 
 TEST(EvaluationTest, SummaryCountsAndAverages) {

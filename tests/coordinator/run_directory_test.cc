@@ -249,16 +249,22 @@ TEST(RunLogsTest, RolloutsGoOnAfterACrash) {
                        .converged = true,
                        .gradient_reliable = true,
                        .loss_error = 0.5,
+                       .penetration = 0.75,
+                       .largest_force = 2.5,
+                       .distrust = "pea and tool, both",
                        .forward_s = 0.01,
                        .gradient_s = 0.005};
   { RolloutLog(folder / "rollouts.csv").Append(row); }
   std::ofstream(folder / "rollouts.csv", std::ios::app) << "cd34,task,0.";  // killed in the middle of a line
   { RolloutLog(folder / "rollouts.csv").Append(row); }
-  EXPECT_THAT(ReadLines(folder / "rollouts.csv"),
-              ElementsAre("id,kind,variation,worker,attempt,loss,success,converged,gradient_reliable,loss_error,time_s,"
-                          "forward_s,gradient_s",
-                          "ab12,task,0.01 -0.02,\"node \"\"7\"\", a\",2,0.25,1,1,1,0.5,1.500000,0.01,0.005",
-                          "ab12,task,0.01 -0.02,\"node \"\"7\"\", a\",2,0.25,1,1,1,0.5,1.500000,0.01,0.005"));
+  EXPECT_THAT(
+      ReadLines(folder / "rollouts.csv"),
+      ElementsAre("id,kind,variation,worker,attempt,loss,success,converged,gradient_reliable,loss_error,penetration,"
+                  "largest_force,distrust,time_s,forward_s,gradient_s",
+                  "ab12,task,0.01 -0.02,\"node \"\"7\"\", a\",2,0.25,1,1,1,0.5,0.75,2.5,\"pea and tool, "
+                  "both\",1.500000,0.01,0.005",
+                  "ab12,task,0.01 -0.02,\"node \"\"7\"\", a\",2,0.25,1,1,1,0.5,0.75,2.5,\"pea and tool, "
+                  "both\",1.500000,0.01,0.005"));
 }
 
 TEST(RunLogsTest, EventsAreOneObjectALine) {

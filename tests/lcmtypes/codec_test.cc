@@ -52,6 +52,7 @@ template <>
 rollout_result_t MakeFull() {
   rollout_result_t result = MakeResult(kValuesPerPart, "");
   result.worker = std::string(kMaxNameLength, 'w');
+  result.distrust = std::string(kMaxReasonLength, 'd');
   return result;
 }
 template <>
@@ -230,6 +231,9 @@ TEST(CodecTest, TextsOfOthersAreMadeClean) {
   status.reason = innocent;
   EXPECT_EQ(OpenWith(status, innocent, hostile).reason, clean);
   EXPECT_EQ(OpenWith(MakeResult(0, innocent), innocent, hostile).error, clean);
+  rollout_result_t result = MakeResult(0, "");
+  result.distrust = innocent;
+  EXPECT_EQ(OpenWith(result, innocent, hostile).distrust, clean);
   run_status_t run{};
   run.scenario = innocent;
   EXPECT_EQ(OpenWith(run, innocent, hostile).scenario, clean);

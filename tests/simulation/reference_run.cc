@@ -24,8 +24,15 @@ class DirectService : public RolloutService {
       outcome.loss = answer.loss;
       outcome.success = answer.success;
       outcome.gradient = answer.gradient;
-      outcome.certificate = {answer.finite,         answer.converged,        answer.gradient_reliable,
-                             answer.worst_residual, answer.subdivided_steps, answer.contact_onsets};
+      outcome.certificate = {.finite = answer.finite,
+                             .converged = answer.converged,
+                             .gradient_reliable = answer.gradient_reliable,
+                             .worst_residual = answer.worst_residual,
+                             .subdivided_steps = answer.subdivided_steps,
+                             .contact_onsets = answer.contact_onsets,
+                             .penetration = answer.penetration,
+                             .largest_force = answer.largest_force,
+                             .distrust = answer.distrust};
       outcome.steps = answer.steps;
       outcomes.push_back(outcome);
     }

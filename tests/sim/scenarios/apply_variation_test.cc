@@ -86,7 +86,7 @@ const RefusedDraw kRefusedDraws[] = {
 };
 
 INSTANTIATE_TEST_SUITE_P(Draws, Refusal, testing::ValuesIn(kRefusedDraws),
-                         [](const testing::TestParamInfo<RefusedDraw>& info) { return info.param.name; });
+                         [](const testing::TestParamInfo<RefusedDraw>& draw) { return draw.param.name; });
 
 }  // namespace
 }  // namespace knap

@@ -345,6 +345,7 @@ public final class JavaWorker {
       part.values = Arrays.copyOfRange(answer.gradient, first, first + part.value_count);
       part.id = job.id;
       part.worker = name;
+      part.distrust = "";
       part.error = "";
       kept.parts.add(part);
       first += Wire.VALUES_PER_PART;
@@ -377,7 +378,7 @@ public final class JavaWorker {
     status.repeated = repeated;
     status.refused = refused;
     status.state = state;
-    status.protocol = 3;
+    status.protocol = 4;
     status.pid = (int) ProcessHandle.current().pid();
     status.unacknowledged = (int) results.values().stream().filter(kept -> !kept.acknowledged).count();
     status.queue_capacity = MAX_QUEUE;
