@@ -26,9 +26,9 @@ struct JournaledAnswer {
 };
 
 // Bytes, one answer after the other, integers and doubles (IEEE 754 bits) little endian: 32 bytes id, then loss,
-// worst_residual, loss_error, penetration, largest_force, forward_s, gradient_s as doubles, then subdivided_steps, contact_onsets, steps as uint32,
-// flags as uint32 (bit 0 success, 1 finite, 2 converged, 3 gradient_reliable), length of distrust as uint32, distrust,
-// length of the gradient as uint32, gradient as doubles.
+// worst_residual, loss_error, penetration, largest_force, forward_s, gradient_s as doubles, then subdivided_steps,
+// contact_onsets, steps as uint32, flags as uint32 (bit 0 success, 1 finite, 2 converged, 3 gradient_reliable), length
+// of distrust as uint32, distrust, length of the gradient as uint32, gradient as doubles.
 std::string EncodeAnswers(std::span<const JournaledAnswer> answers);
 // Throws std::runtime_error when the bytes are not what EncodeAnswers makes.
 std::vector<JournaledAnswer> DecodeAnswers(std::string_view bytes);

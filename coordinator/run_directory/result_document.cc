@@ -16,8 +16,7 @@ Json MakeLossFigure(const TestSummary& test, const Json& figure) {
 Json MakeFigures(const TestSummary& test, bool has_success) {
   return {{"loss_mean", MakeLossFigure(test, test.loss_mean)},
           {"loss_std", MakeLossFigure(test, test.loss_std)},
-          {"success_rate", has_success ? Json(test.success_rate) : Json()},
-          {"untrusted", test.untrusted}};
+          {"success_rate", has_success ? Json(test.success_rate) : Json()}};
 }
 
 }  // namespace
@@ -62,6 +61,7 @@ Json MakeEvaluationJson(const TestSummary& summary, bool has_success) {
   json["worst_decile_loss"] = MakeLossFigure(summary, summary.worst_decile_loss);
   json["not_converged"] = summary.not_converged;
   json["not_finite"] = summary.not_finite;
+  json["untrusted"] = summary.untrusted;
   json["distrust"] = summary.untrusted > 0 ? Json(summary.distrust) : Json();
   return json;
 }
