@@ -11,9 +11,9 @@ STATIONS = [-52, -37, -22, 22, 37, 52]  # tip, mid-wing, middle end, and mirrore
 Y = (-12, 0)
 Z = (0, 20)
 MARGIN = 1  # of the cage around the bar
-CELLS_X = [8, 8, 22, 8, 8]  # cells between stations, about 2 mm each
-CELLS_Y = 5
-CELLS_Z = 8
+CELLS_X = [8, 8, 22, 8, 8]  # cells between stations, about 2 mm each: it bends along x alone
+CELLS_Y = 2
+CELLS_Z = 2
 
 
 def main():

@@ -10,8 +10,8 @@ from box_mesh import make_box, spread, spread_between, write_obj
 
 STATIONS = [-45, -15, 15, 45]
 SIDE = [-25, 25]
-CELLS_X = [5, 6, 5]  # cells between stations
-CELLS = 8  # along a side
+CELLS_X = [3, 3, 3]  # cells between stations
+CELLS = 4  # along a side
 
 
 def main():

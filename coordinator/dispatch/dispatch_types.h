@@ -33,6 +33,8 @@ struct DispatchCounters {
   std::int64_t requested = 0;     // queries given to Evaluate
   std::int64_t remembered = 0;    // of these: answered from memory, or equal to another one of the same call
   std::int64_t computed = 0;      // answers accepted from workers
+  std::int64_t untrusted = 0;     // of those: failed, or not to be trusted
+  std::int64_t flagged = 0;       // of those: with a gradient that may not be that of the problem
   std::int64_t reissued = 0;      // requests given to another worker because the first was lost or stuck
   std::int64_t moved = 0;         // requests taken from a busy worker's queue for one that had nothing to do
   std::int64_t copied = 0;        // second copies of stragglers given to idle workers

@@ -166,6 +166,10 @@ void Dispatcher::Accept(const ContentId& id, const rollout_result_t& result, con
   }
   AnswerCache::Answer answer{MakeOutcome(result, gradient), result.worker};
   ++counters_.computed;
+  const RolloutCertificate& certificate = answer.outcome.certificate;
+  const bool failed = !certificate.finite || !certificate.converged;
+  counters_.untrusted += failed || !certificate.distrust.empty() ? 1 : 0;
+  counters_.flagged += !failed && !gradient.empty() && !certificate.gradient_reliable ? 1 : 0;
   if (on_result_) {
     const Request& request = *requests_.FindOpen(id);
     RolloutReport report;

@@ -129,6 +129,8 @@ void Dispatcher::PublishRunStatus() {
   status.requests_open = static_cast<std::int32_t>(requests_.open());
   status.requests_done = static_cast<std::int32_t>(counters_.computed);
   status.requests_reissued = static_cast<std::int32_t>(counters_.reissued);
+  status.rollouts_untrusted = static_cast<std::int32_t>(counters_.untrusted);
+  status.gradients_flagged = static_cast<std::int32_t>(counters_.flagged);
   status.messages_refused = static_cast<std::int32_t>(counters_.refused.total());
   sender_.Publish(kRunStatusChannel, options_.run_id, std::move(status));
   computed_at_status_ = counters_.computed;

@@ -49,6 +49,10 @@ std::string FormatRunLines(const WatchedRun& run, const RunTraits* traits, std::
   lines.push_back(fmt::format("  batch {}/{}  evaluation {}  loss {}  best {}  gradient {:.3g}  radius {:.3g}", s.batch,
                               s.batch_count, s.iteration, FormatLoss(s.loss, unit), FormatLoss(s.best_loss, unit),
                               s.grad_norm, s.radius));
+  if (s.rollouts_untrusted + s.gradients_flagged > 0) {
+    lines.push_back(fmt::format("  not to be trusted: {} rollouts, {} gradients", s.rollouts_untrusted,
+                                s.gradients_flagged));
+  }
   lines.push_back(fmt::format(
       "  workers {}  rollouts {} ({:.1f}/s)  open {}  retries {}  refused {}{}", s.workers, s.requests_done,
       s.rollouts_per_s, s.requests_open, s.requests_reissued, s.messages_refused,
@@ -116,6 +120,8 @@ Json MakeStatusJson(const ClusterView& view, const KnownRuns& known, std::int64_
                     {"rollouts_per_s", MakeJsonNumber(s.rollouts_per_s)},
                     {"open", s.requests_open},
                     {"retries", s.requests_reissued},
+                    {"rollouts_untrusted", s.rollouts_untrusted},
+                    {"gradients_flagged", s.gradients_flagged},
                     {"messages_refused", s.messages_refused},
                     {"age_s", CalcAge(run.heard_us, now_us)}});
   }

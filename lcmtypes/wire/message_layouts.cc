@@ -91,7 +91,7 @@ void CleanTexts(run_status_t* message) {
 }
 
 void Scan(const run_status_t*, WireScanner* scanner) {
-  scanner->Skip(12 * kScalar64 + 9 * kScalar32);
+  scanner->Skip(12 * kScalar64 + 11 * kScalar32);
   const std::size_t theta = scanner->TakeCount(kValuesPerPart);
   scanner->Skip(theta * kScalar64);
   scanner->SkipString(kMaxHostLength);

@@ -125,6 +125,18 @@ PlanarMoments CalcPolygonMoments(const PlanePolygon& polygon) {
 PlanarMoments CalcConicMoments(const PlanePolygon& polygon, const Conic& conic) {
   PlanarMoments moments;
   if (!(conic.r2 > 0.0)) return moments;
+  // Both are convex: where all corners are inside, all is, and nothing is cut.
+  bool inside = true;
+  for (int k = 0; k < polygon.size && inside; ++k) {
+    const double along = conic.alpha * polygon.corner[k].x() - conic.beta;
+    inside = conic.r2 - polygon.corner[k].y() * polygon.corner[k].y() - along * along > 0.0;
+  }
+  if (inside) {
+    for (int k = 0; k < polygon.size; ++k) {
+      moments.AddEdge<PlanarMoments::kDegree>(polygon.corner[k], polygon.corner[k + 1 < polygon.size ? k + 1 : 0]);
+    }
+    return moments;
+  }
   std::array<Portion, PlanePolygon::kMaxCorners> portions;
   int count = 0;
   for (int k = 0; k < polygon.size; ++k) {

@@ -31,6 +31,19 @@ TEST(DispatcherTest, KeepsAllWorkersBusy) {
   EXPECT_EQ(cluster.dispatcher->counters().resent, 0);
 }
 
+TEST(DispatcherTest, CountsWhatIsNotToBeTrusted) {
+  SimulatedCluster cluster(2);
+  cluster.StartWorker("a", 100);
+  const std::vector<RolloutQuery> queries = SimulatedCluster::MakeQueries(40);
+  ExpectRight(&cluster, queries);
+  std::int64_t untrusted = 0;
+  for (const EngineAnswer& answer : cluster.CalcExpected(queries)) untrusted += answer.distrust.empty() ? 0 : 1;
+  EXPECT_GT(untrusted, 0);
+  EXPECT_LT(untrusted, 40);
+  EXPECT_EQ(cluster.dispatcher->counters().untrusted, untrusted);
+  EXPECT_EQ(cluster.dispatcher->counters().flagged, 0);
+}
+
 TEST(DispatcherTest, IdleWorkerTakesWhatWaitsBehindASlowOne) {
   for (std::uint64_t seed = 100; seed < 120; ++seed) {  // which of its two requests reaches the slow one first differs
     SimulatedCluster cluster(seed);

@@ -110,7 +110,7 @@ const std::string kPushing = KNAP_CONFIGS "/pushing.yaml";
 
 TEST(ValidateCommand, SumsUpWhatIsRight) {
   EXPECT_EQ(Validate({kPushing, "rollout.horizon=100 ms"}),
-            kPushing + ": valid: 3 bodies, 2 contacts, 7 design parameters, 2 varied keys, 25 steps of 0.004 s\n");
+            kPushing + ": valid: 3 bodies, 2 contacts, 7 design parameters, 2 varied keys, 10 steps of 0.01 s\n");
   EXPECT_THAT(Validate({"--describe"}), HasSubstr("# Scenario files\n"));
 }
 

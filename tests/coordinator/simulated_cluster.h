@@ -106,6 +106,9 @@ inline void ExpectRight(SimulatedCluster* cluster, const std::vector<RolloutQuer
     EXPECT_EQ(outcomes[i].success, expected[i].success) << i;
     EXPECT_EQ(outcomes[i].certificate.finite, true) << i;
     EXPECT_EQ(outcomes[i].certificate.worst_residual, expected[i].worst_residual) << i;
+    EXPECT_EQ(outcomes[i].certificate.penetration, expected[i].penetration) << i;
+    EXPECT_EQ(outcomes[i].certificate.largest_force, expected[i].largest_force) << i;
+    EXPECT_EQ(outcomes[i].certificate.distrust, expected[i].distrust) << i;
   }
 }
 

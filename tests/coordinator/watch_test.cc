@@ -48,6 +48,8 @@ run_status_t MakeRun(std::int64_t sequence) {
   status.progress = 0.5;
   status.eta_s = 90.0;
   status.requests_reissued = 3;
+  status.rollouts_untrusted = 4;
+  status.gradients_flagged = 7;
   status.workers = 2;
   status.scenario = "pushing";
   status.method = "ours";
@@ -70,6 +72,7 @@ TEST(ClusterViewTest, TellsRatesStatesAndSilence) {
 
   const std::string text = FormatStatus(view, {}, 4 * kSecond, 100, false);
   EXPECT_THAT(text, AllOf(HasSubstr("pushing ours  learning  50%  ETA 1:30"), HasSubstr("retries 3"),
+                          HasSubstr("not to be trusted: 4 rollouts, 7 gradients"),
                           HasSubstr("alice"), HasSubstr("silent 3"), HasSubstr("computing"), Not(HasSubstr("\x1b"))));
   EXPECT_THAT(FormatStatus(view, {}, 4 * kSecond, 100, true), HasSubstr("\x1b[33mbob"));
   std::istringstream lines(FormatStatus(view, {}, 4 * kSecond, 30, false));
@@ -77,6 +80,8 @@ TEST(ClusterViewTest, TellsRatesStatesAndSilence) {
 
   const auto json = MakeStatusJson(view, {}, 4 * kSecond, "udpm://");
   EXPECT_EQ(json["runs"][0]["retries"], 3);
+  EXPECT_EQ(json["runs"][0]["rollouts_untrusted"], 4);
+  EXPECT_EQ(json["runs"][0]["gradients_flagged"], 7);
   EXPECT_EQ(json["runs"][0]["state"], "learning");
   EXPECT_EQ(json["runs"][0]["eta_s"], 90.0);
   EXPECT_EQ(json["workers"][0]["name"], "alice");

@@ -94,6 +94,9 @@ class ClosedFormScenario : public EngineScenario {
     answer.success = answer.loss < 1.0;
     answer.finite = answer.converged = answer.gradient_reliable = true;
     answer.worst_residual = 1e-12;
+    answer.penetration = 0.25 * answer.loss;
+    answer.largest_force = 3.0 * answer.loss;
+    if (answer.penetration > 0.5) answer.distrust = "bowl and target press into one another";
     answer.steps = static_cast<std::int32_t>(parameters_.steps);
     return answer;
   }
