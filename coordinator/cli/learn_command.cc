@@ -175,8 +175,8 @@ int RunLearn(const LearnArguments& arguments) {
   session.StartWorkers(run.path());
   JournaledService service(&session.dispatcher(), &journal.journal, std::move(journal.payloads));
   const RunPlan plan{prepared.scenario.parsed.scene.name, GetName(prepared.options.method),
-                     prepared.problem.parameters.names,   FormatLossUnit(prepared.scenario.parsed.scene),
-                     CalcMostRollouts(prepared.options),  2 * CountTests(prepared)};
+                     prepared.problem.parameters.names, FormatLossUnit(prepared.scenario.parsed.scene),
+                     2 * CountTests(prepared)};
   RunRecorder recorder(plan, run, &session, &service, arguments.quiet);
   ResultDocument document;
   try {

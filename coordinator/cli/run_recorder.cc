@@ -37,7 +37,7 @@ RunRecorder::RunRecorder(const RunPlan& plan, const RunDirectory& run, ClusterSe
              [this](const std::string& error) {
                TryRecordEvent("progress_dropped", {{"error", error}});
              }),
-      phase_started_us_(started_us_ - static_cast<std::int64_t>(earlier_.worked_s * 1e6)) {
+      work_started_us_(started_us_ - static_cast<std::int64_t>(earlier_.worked_s * 1e6)) {
   state_.title = fmt::format("{} {}", plan_.scenario, plan_.method);
   state_.loss_unit = plan_.loss_unit;
   state_.tests = plan_.tests;
@@ -130,8 +130,6 @@ void RunRecorder::OnBatchEnd(const BatchEnd& end) {
 
 void RunRecorder::BeginTest() {
   state_.phase = ProgressPhase::kTesting;
-  state_.elapsed_s = 0.0;
-  phase_started_us_ = clock_.now_us();
   test_begin_total_ = service_->answered();
   progress_.state = run_status_t::kEvaluating;
   RecordEvent("test", {{"rollouts", plan_.tests}});
@@ -201,16 +199,9 @@ void RunRecorder::RecordLosses() {
   last_restarts_ = session_->worker_restarts();
 }
 
-double RunRecorder::CalcRunPart() const {
-  const double learning = static_cast<double>(plan_.learning_rollouts);
-  const double share = learning / (learning + plan_.tests);
-  const double part = CalcDonePart(state_);
-  return state_.phase == ProgressPhase::kTesting ? share + (1.0 - share) * part : share * part;
-}
-
 void RunRecorder::PublishProgress() {
   const Dispatcher& dispatcher = session_->dispatcher();
-  state_.elapsed_s = static_cast<double>(clock_.now_us() - phase_started_us_) * 1e-6;
+  state_.elapsed_s = static_cast<double>(clock_.now_us() - work_started_us_) * 1e-6;
   state_.rollouts = service_->answered();
   if (state_.phase == ProgressPhase::kTesting && state_.tested < plan_.tests) {
     state_.tested = service_->answered() - test_begin_total_;
@@ -219,7 +210,7 @@ void RunRecorder::PublishProgress() {
   state_.retries = dispatcher.counters().reissued;
   shown_.Update(state_);
 
-  progress_.progress = progress_.state == run_status_t::kDone ? 1.0 : CalcRunPart();
+  progress_.progress = progress_.state == run_status_t::kDone ? 1.0 : CalcDonePart(state_);
   progress_.eta_s = CalcTimeLeft(state_).value_or(-1.0);
   session_->dispatcher().SetProgress(progress_);
 }

@@ -24,9 +24,8 @@ struct RunPlan {
   std::string scenario;
   std::string method;
   std::vector<std::string> parameter_names;
-  std::string loss_unit;               // FormatLossUnit
-  std::int64_t learning_rollouts = 0;  // at most
-  int tests = 0;                       // rollouts of the test that follows
+  std::string loss_unit;  // FormatLossUnit
+  int tests = 0;          // rollouts of the test that follows
 };
 
 class RunRecorder : public LearningObserver {
@@ -61,7 +60,6 @@ class RunRecorder : public LearningObserver {
   void Pump();
   void RecordAnswer(const RolloutReport& report);
   void RecordLosses();  // of workers
-  double CalcRunPart() const;
   void PublishProgress();
 
   const RunPlan plan_;
@@ -75,7 +73,7 @@ class RunRecorder : public LearningObserver {
   EventLog events_;
   StderrProgress shown_;  // events.jsonl says so when something is dropped
   ProgressState state_;
-  std::int64_t phase_started_us_;
+  std::int64_t work_started_us_;
   std::int64_t test_begin_total_ = 0;
   RunProgress progress_;
   DispatchCounters last_counters_;

@@ -59,15 +59,20 @@ std::string MakePaint(const std::string& text, const char* colour, bool enabled)
 }  // namespace
 
 double CalcDonePart(const ProgressState& state) {
+  const auto rollouts = static_cast<double>(state.rollouts);
+  const auto tests = static_cast<double>(state.tests);
   double done = 0.0;
   if (state.phase == ProgressPhase::kTesting) {
-    if (state.tests > 0) done = static_cast<double>(state.tested) / static_cast<double>(state.tests);
+    const double learned = std::max(0.0, rollouts - static_cast<double>(state.tested));
+    if (state.tests > 0) done = (learned + static_cast<double>(state.tested)) / (learned + tests);
   } else if (state.phase == ProgressPhase::kStudying) {
     done = state.study_part;
   } else if (state.batches > 0 && state.batch > 0) {
     const double within =
         state.max_evaluations > 0 ? std::min(1.0, static_cast<double>(state.evaluation) / state.max_evaluations) : 0.0;
     done = (state.batch - 1 + within) / state.batches;
+    // Of rollouts/done + tests.
+    if (state.rollouts > 0) done *= rollouts / (rollouts + tests * done);
   }
   return std::clamp(done, 0.0, 1.0);
 }
@@ -75,9 +80,7 @@ double CalcDonePart(const ProgressState& state) {
 std::optional<double> CalcTimeLeft(const ProgressState& state) {
   const double done = CalcDonePart(state);
   if (state.elapsed_s < 2.0 || done < 0.01) return std::nullopt;
-  const double phase_left = state.elapsed_s * (1.0 - done) / done;
-  if (state.phase == ProgressPhase::kTesting || state.rollouts == 0) return phase_left;
-  return phase_left + state.elapsed_s / static_cast<double>(state.rollouts) * static_cast<double>(state.tests);
+  return state.elapsed_s * (1.0 - done) / done;
 }
 
 std::string FormatDuration(double seconds) {

@@ -17,12 +17,12 @@ enum class ProgressPhase { kLearning, kTesting, kStudying };
 struct ProgressState {
   std::string title;  // "pushing ours"
   ProgressPhase phase = ProgressPhase::kLearning;
-  double elapsed_s = 0.0;                     // since the phase began; never decreases within it
+  double elapsed_s = 0.0;                     // of work on the run; never decreases
   int batch = 0, batches = 0;                 // t of T; 0 before the first
   int evaluation = 0, max_evaluations = 0;    // of this batch
   std::optional<double> loss, best_loss;      // of this batch; unset: none yet, or rejected
   std::string loss_unit;                      // what follows a loss, such as " mm²"
-  std::int64_t tested = 0, tests = 0;         // rollouts of the test, in phase kTesting
+  std::int64_t tested = 0, tests = 0;         // rollouts of the tests, tested in phase kTesting
   int runs_done = 0, runs = 0;                // of a study, in phase kStudying
   double study_part = 0.0;                    // done of all its runs' learning, in [0, 1]
   std::int64_t rollouts = 0;                  // answered so far
@@ -30,12 +30,12 @@ struct ProgressState {
   std::int64_t retries = 0;                   // requests sent again
 };
 
-// Done part of the phase in [0, 1]. Learning counts batches, and within one its evaluations; a batch may end early, so
+// Done part of the run in [0, 1], learning and the tests behind it together, by rollouts: of learning as many as there
+// will be if the rest of its batches, and within one its evaluations, go like those so far. A batch may end early, so
 // this jumps forward but never back.
 double CalcDonePart(const ProgressState& state);
 
-// Seconds left to the end of the run: the rest of the phase if it goes like what is done, and while learning the test
-// behind it at the pace of the rollouts so far. Unset before 2 s and 1% of the phase.
+// Seconds left to the end of the run if it goes like what is done. Unset before 2 s and 1% of it.
 std::optional<double> CalcTimeLeft(const ProgressState& state);
 
 // "0:07", "12:34", "1:02:03"; seconds are rounded.

@@ -35,9 +35,19 @@ TEST(ProgressTest, DonePartCountsBatchesAndEvaluations) {
   EXPECT_DOUBLE_EQ(CalcDonePart(state), 6.5 / 20.0);
   state.evaluation = 400;  // more than announced
   EXPECT_DOUBLE_EQ(CalcDonePart(state), 7.0 / 20.0);
-  state.phase = ProgressPhase::kTesting;
+  // The tests behind it count as rollouts: 812 are a share of 7/20 of learning.
   state.tests = 400;
+  EXPECT_DOUBLE_EQ(CalcDonePart(state), 812.0 / (812.0 * 20.0 / 7.0 + 400.0));
+  // All of them learned, and then tested: one bar, which goes on where it was.
+  state.batch = state.batches;
+  EXPECT_DOUBLE_EQ(CalcDonePart(state), 812.0 / 1212.0);
+  state.phase = ProgressPhase::kTesting;
+  EXPECT_DOUBLE_EQ(CalcDonePart(state), 812.0 / 1212.0);
   state.tested = 100;
+  state.rollouts += 100;
+  EXPECT_DOUBLE_EQ(CalcDonePart(state), 912.0 / 1212.0);
+  // A test alone.
+  state.rollouts = state.tested;
   EXPECT_DOUBLE_EQ(CalcDonePart(state), 0.25);
   EXPECT_EQ(CalcDonePart(ProgressState{}), 0.0);
 }
@@ -49,7 +59,8 @@ TEST(ProgressTest, TimeLeftExtrapolates) {
   EXPECT_DOUBLE_EQ(*CalcTimeLeft(state), 70.0 * 13.5 / 6.5 + 70.0 / 812.0 * 400.0);
   state.phase = ProgressPhase::kTesting;
   state.tested = 100;
-  EXPECT_DOUBLE_EQ(*CalcTimeLeft(state), 70.0 * 300.0 / 100.0);
+  state.rollouts = 912;
+  EXPECT_DOUBLE_EQ(*CalcTimeLeft(state), 70.0 * 300.0 / 912.0);
   state = MakeState();
   state.elapsed_s = 1.0;
   EXPECT_FALSE(CalcTimeLeft(state).has_value());
@@ -166,7 +177,6 @@ TEST(ProgressTest, ANewPhaseIsShownAtOnce) {
   ProgressState state = MakeState();
   reporter.Update(state);
   state.phase = ProgressPhase::kTesting;
-  state.elapsed_s = 0.0;
   state.tests = 400;
   reporter.Update(state);
   EXPECT_THAT(text, HasSubstr("tested 0/400"));
