@@ -16,6 +16,9 @@ shift 4
 shift $(($# > 0))
 overrides=("$@")
 folder=$(realpath "$(mktemp -d)")
+# A path in LD_PRELOAD ends at the first space.
+cp -- "$failing_disk" "$folder/failing_disk.so"
+failing_disk=$folder/failing_disk.so
 workers=()
 finish() {
   for worker in "${workers[@]}"; do kill -9 "$worker" 2>/dev/null || true; done

@@ -51,7 +51,7 @@ class HungryCluster : public ::testing::Test {
     return std::make_unique<ChildProcess>(
         "/bin/bash",
         std::vector<std::string>{
-            "-c", fmt::format("{}exec {} --lcm-url '{}' --key {} --name {}", limit,
+            "-c", fmt::format("{}exec '{}' --lcm-url '{}' --key '{}' --name {}", limit,
                               FindWorkerProgram("knap-test-worker"), url_, (folder_ / "key").string(), name)},
         folder_ / "", name);
   }
@@ -146,7 +146,7 @@ TEST(StarvedLearnTest, AWorkerOutOfProcessorTimeLeavesAndTheOthersEndWithTheSame
   };
   const auto start = [&](const std::string& name, const std::string& limit) {
     const std::string command =
-        fmt::format("{}exec {} --lcm-url '{}' --key key --name {}", limit, KNAP_WORKER, url, name);
+        fmt::format("{}exec '{}' --lcm-url '{}' --key key --name {}", limit, KNAP_WORKER, url, name);
     return std::make_unique<ChildProcess>("/bin/bash", std::vector<std::string>{"-c", command}, folder / "", name);
   };
   const auto reference = learn("reference", {"--workers", "1"});
