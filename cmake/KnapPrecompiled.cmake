@@ -4,7 +4,7 @@
 
 # knap_precompile(NAME [LIGHT] HEADERS <a> … [DEPS …]): a set for knap_use_precompiled(TARGET NAME).
 # What uses a LIGHT set is optimised lightly: it prints, parses and compares, which waits for nothing, and optimising
-# that took two thirds of the time that compiling it took. The library code that it calls is not affected.
+# that took two thirds of the time that compiling it took. Libraries that it calls have their own flags.
 function(knap_precompile name)
   cmake_parse_arguments(ARG "LIGHT" "" "HEADERS;DEPS" ${ARGN})
   # The set belongs to a target, and a target has a source.
