@@ -74,7 +74,7 @@ class ContactModel {
   struct Cotangents {
     std::vector<BodyCotangent> bodies;
     std::vector<Bristle> previous;
-    std::vector<Eigen::Matrix3Xd> vertices;  // for each contact: of its mesh's, empty without a mesh
+    std::vector<Eigen::Matrix3Xd> vertices;  // for each contact: of its designed mesh's, else empty
     std::vector<GripCotangent> grips;
   };
   Cotangents MakeCotangents(int num_bodies) const;

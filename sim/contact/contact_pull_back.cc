@@ -10,7 +10,8 @@ ContactModel::Cotangents ContactModel::MakeCotangents(int num_bodies) const {
   for (const ContactPair& contact : contacts_) {
     Eigen::Index count = 0;
     for (const ContactGeometry& shape : contact.shapes) {
-      if (const auto* mesh = std::get_if<MeshGeometry>(&shape)) count = mesh->mesh->vertex_count();
+      const auto* mesh = std::get_if<MeshGeometry>(&shape);
+      if (mesh != nullptr && mesh->is_designed) count = mesh->mesh->vertex_count();
     }
     out.vertices.push_back(Eigen::Matrix3Xd::Zero(3, count));
   }

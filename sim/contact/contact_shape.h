@@ -8,6 +8,7 @@
 namespace knap {
 
 class ContactMesh;
+struct PolyhedralField;
 
 struct HalfSpaceGeometry {};  // solid below z = 0
 
@@ -31,6 +32,8 @@ struct BoxGeometry {
 // A closed mesh whose vertices are given in B.
 struct MeshGeometry {
   std::shared_ptr<const ContactMesh> mesh;
+  bool is_designed = true;                                 // what its vertices do to a loss is asked for
+  std::shared_ptr<const PolyhedralField> field = nullptr;  // of one that is convex and not designed, else null
 };
 
 using ContactGeometry = std::variant<HalfSpaceGeometry, SphereGeometry, CapsuleGeometry, BoxGeometry, MeshGeometry>;

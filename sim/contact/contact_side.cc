@@ -24,6 +24,12 @@ bool Is(const ContactGeometry& shape) {
   return std::holds_alternative<T>(shape);
 }
 
+// A mesh in whose depth nothing can be, since it is designed or not convex.
+bool HasNoField(const ContactGeometry& shape) {
+  const auto* mesh = std::get_if<MeshGeometry>(&shape);
+  return mesh != nullptr && mesh->field == nullptr;
+}
+
 bool IsRound(const ContactGeometry& shape) { return Is<SphereGeometry>(shape) || Is<CapsuleGeometry>(shape); }
 
 RoundField MakeRound(const ContactGeometry& shape) {
@@ -36,7 +42,9 @@ RoundField MakeRound(const ContactGeometry& shape) {
 double CalcHalfWidth(const ContactGeometry& shape) {
   if (IsRound(shape)) return MakeRound(shape).radius;
   if (const auto* box = std::get_if<BoxGeometry>(&shape)) return box->half.minCoeff();
-  if (const auto* mesh = std::get_if<MeshGeometry>(&shape)) return 0.5 * mesh->mesh->bounds().sizes().minCoeff();
+  if (const auto* mesh = std::get_if<MeshGeometry>(&shape)) {
+    return mesh->field ? mesh->field->deepest : 0.5 * mesh->mesh->bounds().sizes().minCoeff();
+  }
   return kInfinity;
 }
 
@@ -55,6 +63,8 @@ ContactSide MakeSide(const ContactPair& contact, int touching, double share) {
   }
   if (const auto* box = std::get_if<BoxGeometry>(&other)) {
     side.field = PolyhedralField::MakeBox(box->half, box->center);
+  } else if (const auto* solid = std::get_if<MeshGeometry>(&other)) {
+    side.field = *solid->field;
   } else if (IsRound(other)) {
     side.field = MakeRound(other);
     side.deepest = std::min(side.size, 0.5 * CalcHalfWidth(other));
@@ -68,8 +78,9 @@ ContactSide MakeSide(const ContactPair& contact, int touching, double share) {
   } else if (const auto* box = std::get_if<BoxGeometry>(&shape)) {
     side.facets = std::make_shared<ContactMesh>(ContactMesh::MakeBox(box->half, box->center));
   } else {
-    side.facets = std::get<MeshGeometry>(shape).mesh;
-    side.is_designed = true;
+    const MeshGeometry& mesh = std::get<MeshGeometry>(shape);
+    side.facets = mesh.mesh;
+    side.is_designed = mesh.is_designed;
   }
   return side;
 }
@@ -121,14 +132,13 @@ std::vector<ContactSide> MakeSides(const std::vector<ContactPair>& contacts) {
     if (Is<HalfSpaceGeometry>(a) && Is<HalfSpaceGeometry>(b)) {
       throw std::invalid_argument(fmt::format("contact {}: two half-spaces do not touch", i));
     }
-    if (Is<MeshGeometry>(a) && Is<MeshGeometry>(b)) {
-      throw std::invalid_argument(
-          fmt::format("contact {}: two meshes; one has to be a sphere, capsule, box or half-space", i));
+    if (HasNoField(a) && HasNoField(b)) {
+      throw std::invalid_argument(fmt::format("contact {}: two meshes; {}", i, kMeshPartners));
     }
     // What is to have the field comes last.
     const auto rank = [](const ContactGeometry& shape) {
-      if (Is<MeshGeometry>(shape)) return 0;
-      if (Is<BoxGeometry>(shape)) return 1;
+      if (HasNoField(shape)) return 0;
+      if (Is<BoxGeometry>(shape) || Is<MeshGeometry>(shape)) return 1;
       return IsRound(shape) ? 2 : 3;
     };
     const bool both = rank(a) == rank(b);
@@ -156,17 +166,9 @@ NearFacets::NearFacets(const ContactSide& side) {
     const Vector3d reach = Vector3d::Constant(round->radius) + (round->half_length * round->axis).cwiseAbs();
     field_ = AlignedBox3d(round->center - reach, round->center + reach);
     radius_S_ = (1.0 + 1e-9) * (round->half_length + round->radius);
-  } else if (const PolyhedralField& polyhedron = std::get<PolyhedralField>(side.field); polyhedron.planes.size() == 6) {
-    Vector3d high;
-    Vector3d low;
-    for (int i = 0; i < 3; ++i) {
-      high(i) = polyhedron.planes[2 * i].d;
-      low(i) = -polyhedron.planes[2 * i + 1].d;
-    }
-    field_ = AlignedBox3d(low, high);
-    radius_S_ = (1.0 + 1e-9) * 0.5 * field_.diagonal().norm();
   } else {
-    radius_S_ = kInfinity;
+    field_ = std::get<PolyhedralField>(side.field).bounds;
+    radius_S_ = field_.isEmpty() ? kInfinity : (1.0 + 1e-9) * 0.5 * field_.diagonal().norm();
   }
 }
 

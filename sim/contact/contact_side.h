@@ -3,12 +3,14 @@
 //   a mesh or a box in any field         its facets                                              (facet_integrals.h)
 //   a sphere or a capsule                in a half-space's or a round body's field: its axis      (axis_integrals.h)
 //
-// and the table of pairs, with the share of the modulus E that each direction has:
+// and the table of pairs, with the share of the modulus E that each direction has. A mesh is one that is designed or
+// not convex; a hull is a convex mesh that is not designed, which has a field (convex_field.h):
 //
 //   any shape and a half-space             the shape in the half-space's field, E
-//   mesh and sphere, capsule, box          the mesh in the shape's field, E
-//   box and sphere, capsule                the box in the round field, E
-//   box and box; round and round           each in the other's field, E/2
+//   mesh and sphere, capsule, box, hull    the mesh in the shape's field, E
+//   box or hull and sphere, capsule        the box or hull in the round field, E
+//   box or hull and box or hull            each in the other's field, E/2
+//   round and round                        each in the other's field, E/2
 //
 // Two meshes, and two half-spaces, do not touch one another.
 #pragma once
@@ -46,10 +48,14 @@ struct ContactSide {
   DepthField field;
   std::shared_ptr<const ContactMesh> facets;  // null where B is round
   std::optional<RoundAxis> axis;              // in B
-  bool is_designed = false;                   // the facets are a mesh's
+  bool is_designed = false;                   // the facets are a designed mesh's
 
   int num_cells() const { return CountCells(field); }
 };
+
+// What a mesh that has no field may touch.
+inline constexpr char kMeshPartners[] =
+    "one has to be a sphere, capsule, box, half_space or a convex mesh that is not designed";
 
 // In the order of the contacts. Throws std::invalid_argument naming the contact's number for two half-spaces or meshes.
 std::vector<ContactSide> MakeSides(const std::vector<ContactPair>& contacts);

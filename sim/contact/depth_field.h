@@ -1,6 +1,7 @@
 // How deep a point lies in a shape: e(x) > 0 inside [m], zero on the surface.
 //
-//   half-space, box    e = min_i (d_i − n_i·x) over its faces; a cell is where one face is nearest, and e linear there
+//   half-space, box, convex mesh
+//                      e = min_i (d_i − n_i·x) over its faces; a cell is where one face is nearest, and e linear there
 //   sphere, capsule    e = (r² − |P (x − c)|²)/(2 r), |P (x − c)| the distance from the axis or its nearer end
 //
 // The energy of a body B in the field of a body S is E ∫_{B∩S} e dV, so that by the divergence theorem B's surface
@@ -8,6 +9,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <limits>
 #include <variant>
 #include <vector>
 
@@ -20,7 +23,9 @@ struct FieldPlane {
 };
 
 struct PolyhedralField {
-  std::vector<FieldPlane> planes;  // a cell each
+  std::vector<FieldPlane> planes;                            // a cell each
+  Eigen::AlignedBox3d bounds;                                // around the solid; empty where nothing bounds it
+  double deepest = std::numeric_limits<double>::infinity();  // the largest e [m]
 
   static PolyhedralField MakeHalfSpace();  // solid below z = 0
   static PolyhedralField MakeBox(const Eigen::Vector3d& half, const Eigen::Vector3d& center);

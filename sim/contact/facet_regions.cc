@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 namespace knap {
 
@@ -25,84 +27,78 @@ Linear ProjectDepth(const FieldPlane& plane, const PlaneFrame& frame) {
   return Linear{plane.d, 0.0, 0.0} - Project(plane.n, frame);
 }
 
-// A convex polygon; wall k: the inner wall of a cell that edge k lies on, −1 where it is the facet's own or on the
-// field's surface.
-struct WalledPolygon : PlanePolygon {
-  std::array<int, kMaxCorners> wall;
-  void Push(const Vector2d& s, int on) {
-    corner[size] = s;
-    wall[size++] = on;
-  }
-};
-
-WalledPolygon MakePolygon(const Facet& facet) {
-  WalledPolygon polygon;
-  for (int k = 0; k < facet.size; ++k) polygon.Push(facet.corner[k], -1);
-  return polygon;
+void StartPolygon(const Facet& facet, WalledPolygon* polygon) {
+  polygon->clear();
+  for (int k = 0; k < facet.size; ++k) polygon->Push(facet.corner[k], -1);
 }
 
-// The part inside ≥ 0 [Sutherland & Hodgman 1974]; the new edge lies on `wall`.
-void Clip(const Linear& inside, int wall, WalledPolygon* polygon) {
-  if (polygon->size == 0) return;
-  std::array<double, PlanePolygon::kMaxCorners> at;
+// Leaves of out->polygon the part inside ≥ 0 [Sutherland & Hodgman 1974]; the new edge lies on `wall`.
+void Clip(const Linear& inside, int wall, FacetRegions* out) {
+  WalledPolygon& polygon = out->polygon;
+  std::vector<double>& at = out->inside;
+  at.clear();
   bool all = true;
-  for (int k = 0; k < polygon->size; ++k) {
-    at[k] = inside.At(polygon->corner[k]);
-    all = all && at[k] >= 0.0;
+  for (const Vector2d& x : polygon.corner) {
+    at.push_back(inside.At(x));
+    all = all && at.back() >= 0.0;
   }
   if (all) return;
-  WalledPolygon out;
-  for (int k = 0; k < polygon->size; ++k) {
-    const int next = k + 1 < polygon->size ? k + 1 : 0;
-    const Vector2d& x = polygon->corner[k];
-    if (at[k] >= 0.0) out.Push(x, polygon->wall[k]);
+  out->clipped.clear();
+  for (int k = 0; k < polygon.size(); ++k) {
+    const int next = k + 1 < polygon.size() ? k + 1 : 0;
+    const Vector2d& x = polygon.corner[k];
+    if (at[k] >= 0.0) out->clipped.Push(x, polygon.wall[k]);
     if ((at[k] >= 0.0) != (at[next] >= 0.0)) {
       const double t = at[k] / (at[k] - at[next]);
-      out.Push(x + t * (polygon->corner[next] - x), at[k] >= 0.0 ? wall : polygon->wall[k]);
+      out->clipped.Push(x + t * (polygon.corner[next] - x), at[k] >= 0.0 ? wall : polygon.wall[k]);
     }
   }
-  *polygon = out;
+  std::swap(polygon, out->clipped);
+}
+
+// At how many corners plane a is nearer than plane b.
+int CountNearer(const FacetDepth& a, const FacetDepth& b, int corners) {
+  if (a.least >= b.most) return 0;
+  int count = 0;
+  for (int k = 0; k < corners; ++k) count += a.at[k] < b.at[k] ? 1 : 0;
+  return count;
 }
 
 void CutFacet(int number, const Facet& facet, const PolyhedralField& field, FacetRegions* out) {
-  const int planes = static_cast<int>(field.planes.size());
-  std::vector<Linear>& depth = out->depth;
-  std::vector<std::array<double, Facet::kMaxCorners>>& at = out->at;
-  depth.clear();
-  at.clear();
+  std::vector<FacetDepth>& depths = out->depths;
+  depths.clear();
+  // Some plane is at most this far from all of the facet.
+  double reach = std::numeric_limits<double>::infinity();
   for (const FieldPlane& plane : field.planes) {
-    const Linear e = ProjectDepth(plane, facet.frame);
-    bool outside = true;
-    std::array<double, Facet::kMaxCorners>& at_corner = at.emplace_back();
-    for (int k = 0; k < facet.size; ++k) {
-      at_corner[k] = e.At(facet.corner[k]);
-      outside = outside && at_corner[k] <= 0.0;
-    }
-    if (outside) return;
-    depth.push_back(e);
+    FacetDepth& depth = depths.emplace_back();
+    depth.e = ProjectDepth(plane, facet.frame);
+    for (int k = 0; k < facet.size; ++k) depth.at[k] = depth.e.At(facet.corner[k]);
+    const auto [least, most] = std::minmax_element(depth.at.begin(), depth.at.begin() + facet.size);
+    depth.least = *least;
+    depth.most = *most;
+    if (depth.most <= 0.0) return;
+    reach = std::min(reach, depth.most);
   }
-  // At how many corners plane j is nearer than plane i: all, and the facet has nothing in cell i; none, and j cuts
-  // nothing off there.
-  const auto count_nearer = [&](int j, int i) {
-    int count = 0;
-    for (int k = 0; k < facet.size; ++k) count += at[j][k] < at[i][k] ? 1 : 0;
-    return count;
-  };
+  const int planes = static_cast<int>(depths.size());
   for (int i = 0; i < planes; ++i) {
+    // Of many planes most are farther from the facet than another is: nothing of it lies in their cells.
+    if (depths[i].least > reach) continue;
     bool empty = false;
-    for (int j = 0; j < planes && !empty; ++j) empty = count_nearer(j, i) == facet.size;
+    for (int j = 0; j < planes && !empty; ++j) empty = CountNearer(depths[j], depths[i], facet.size) == facet.size;
     if (empty) continue;
-    const Linear& e = depth[i];
-    WalledPolygon polygon = MakePolygon(facet);
-    for (int j = 0; j < planes && polygon.size > 0; ++j) {
-      if (count_nearer(j, i) > 0) Clip(depth[j] - e, j, &polygon);
+    const Linear& e = depths[i].e;
+    WalledPolygon& polygon = out->polygon;
+    StartPolygon(facet, &polygon);
+    // What is nowhere nearer than plane i cuts nothing off.
+    for (int j = 0; j < planes && polygon.size() > 0; ++j) {
+      if (CountNearer(depths[j], depths[i], facet.size) > 0) Clip(depths[j].e - e, j, out);
     }
-    Clip(e, -1, &polygon);
-    if (polygon.size < 3) continue;
+    Clip(e, -1, out);
+    if (polygon.size() < 3) continue;
 
     const Vector2d origin = polygon.corner[0];
-    for (int k = 0; k < polygon.size; ++k) polygon.corner[k] -= origin;
-    const PlanarMoments moments = CalcPolygonMoments(polygon);
+    for (Vector2d& x : polygon.corner) x -= origin;
+    const PlanarMoments moments = CalcPolygonMoments(polygon.corner);
     if (!(moments.area() > 0.0)) continue;
     FacetRegion& region = out->regions.emplace_back();
     region.facet = number;
@@ -115,23 +111,23 @@ void CutFacet(int number, const Facet& facet, const PolyhedralField& field, Face
     region.field.gradient << -field.planes[i].n, Vector3d::Zero(), Vector3d::Zero();
     region.field.linear = true;
     region.first_wall = static_cast<int>(out->walls.size());
-    for (int k = 0; k < polygon.size; ++k) {
+    for (int k = 0; k < polygon.size(); ++k) {
       region.depth = std::max(region.depth, e0 + e.b * polygon.corner[k].x() + e.c * polygon.corner[k].y());
       if (polygon.wall[k] < 0) continue;
       const Vector3d w = field.planes[polygon.wall[k]].n - field.planes[i].n;
       const double in_plane = std::hypot(w.dot(facet.frame.t), w.dot(facet.frame.m));
       if (in_plane < kAlongWall) continue;
-      const int next = k + 1 < polygon.size ? k + 1 : 0;
+      const int next = k + 1 < polygon.size() ? k + 1 : 0;
       out->walls.push_back({polygon.corner[k], polygon.corner[next], w, in_plane});
     }
     region.num_walls = static_cast<int>(out->walls.size()) - region.first_wall;
   }
 }
 
-// The field of one end's sphere (axial false) or of the cylinder between the ends.
-void CutRound(int number, const PlaneFrame& plane, const WalledPolygon& polygon, const RoundField& field,
-              const Vector3d& c, bool axial, FacetRegions* out) {
-  if (polygon.size < 3) return;
+// The field of one end's sphere (axial false) or of the cylinder between the ends, over out->polygon.
+void CutRound(int number, const PlaneFrame& plane, const RoundField& field, const Vector3d& c, bool axial,
+              FacetRegions* out) {
+  if (out->polygon.size() < 3) return;
   const double r = field.radius;
   const double h = plane.n.dot(plane.o - c);
   if (std::abs(h) >= r && !axial) return;
@@ -140,18 +136,17 @@ void CutRound(int number, const PlaneFrame& plane, const WalledPolygon& polygon,
   const Vector2d along = axial ? Vector2d(field.axis.dot(plane.t), field.axis.dot(plane.m)) : Vector2d::Zero();
   const double length = along.norm();
   const Vector2d turn = length > 1e-12 ? Vector2d(along / length) : Vector2d::UnitX();
-  PlanePolygon turned;
-  turned.size = polygon.size;
-  for (int k = 0; k < polygon.size; ++k) {
-    const Vector2d s = polygon.corner[k] - foot;
-    turned.corner[k] = {turn.dot(s), turn.x() * s.y() - turn.y() * s.x()};
+  out->turned.clear();
+  for (const Vector2d& x : out->polygon.corner) {
+    const Vector2d s = x - foot;
+    out->turned.emplace_back(turn.dot(s), turn.x() * s.y() - turn.y() * s.x());
   }
   Conic conic{r * r - h * h, 1.0, 0.0};
   if (axial) {
     const double upright = field.axis.dot(plane.n);
     conic = {r * r, upright, h * length};
   }
-  const PlanarMoments moments = CalcConicMoments(turned, conic);
+  const PlanarMoments moments = CalcConicMoments(out->turned, conic);
   if (!(moments.area() > 0.0)) return;
 
   FacetRegion& region = out->regions.emplace_back();
@@ -178,21 +173,21 @@ void CutRound(int number, const PlaneFrame& plane, const WalledPolygon& polygon,
 }
 
 void CutFacet(int number, const Facet& facet, const RoundField& field, FacetRegions* out) {
-  const WalledPolygon whole = MakePolygon(facet);
-  if (field.half_length == 0.0) return CutRound(number, facet.frame, whole, field, field.center, false, out);
+  StartPolygon(facet, &out->polygon);
+  if (field.half_length == 0.0) return CutRound(number, facet.frame, field, field.center, false, out);
   // How far a point lies beyond the middle, along the axis.
   const Linear along = Project(field.axis, facet.frame) - Linear{field.axis.dot(field.center), 0.0, 0.0};
   const Linear half{field.half_length, 0.0, 0.0};
   const Linear back = Linear{} - along;
   for (const double end : {1.0, -1.0}) {
-    WalledPolygon cap = whole;
-    Clip((end > 0.0 ? along : back) - half, -1, &cap);
-    CutRound(number, facet.frame, cap, field, field.center + end * field.half_length * field.axis, false, out);
+    StartPolygon(facet, &out->polygon);
+    Clip((end > 0.0 ? along : back) - half, -1, out);
+    CutRound(number, facet.frame, field, field.center + end * field.half_length * field.axis, false, out);
   }
-  WalledPolygon middle = whole;
-  Clip(half - along, -1, &middle);
-  Clip(half - back, -1, &middle);
-  CutRound(number, facet.frame, middle, field, field.center, true, out);
+  StartPolygon(facet, &out->polygon);
+  Clip(half - along, -1, out);
+  Clip(half - back, -1, out);
+  CutRound(number, facet.frame, field, field.center, true, out);
 }
 
 }  // namespace

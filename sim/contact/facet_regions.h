@@ -70,12 +70,37 @@ struct LinearOnPlane {
   LinearOnPlane operator-(const LinearOnPlane& other) const { return {a - other.a, b - other.b, c - other.c}; }
 };
 
+// A convex polygon; wall[k]: the inner wall of a cell that edge k lies on, −1 where it is the facet's own or on the
+// field's surface.
+struct WalledPolygon {
+  std::vector<Eigen::Vector2d> corner;
+  std::vector<int> wall;
+  int size() const { return static_cast<int>(corner.size()); }
+  void clear() {
+    corner.clear();
+    wall.clear();
+  }
+  void Push(const Eigen::Vector2d& s, int on) {
+    corner.push_back(s);
+    wall.push_back(on);
+  }
+};
+
+// The depth under one plane of a field, over a facet.
+struct FacetDepth {
+  LinearOnPlane e;
+  std::array<double, Facet::kMaxCorners> at;  // its corners
+  double least = 0.0, most = 0.0;             // of those
+};
+
 struct FacetRegions {
   std::vector<FacetRegion> regions;
   std::vector<WallEdge> walls;
-  // Scratch of the facet that is cut: the depth under each plane, and at each corner.
-  std::vector<LinearOnPlane> depth;
-  std::vector<std::array<double, Facet::kMaxCorners>> at;
+  // Scratch of the facet that is cut.
+  std::vector<FacetDepth> depths;
+  WalledPolygon polygon, clipped;
+  std::vector<double> inside;  // at the polygon's corners
+  std::vector<Eigen::Vector2d> turned;
   void clear() {
     regions.clear();
     walls.clear();

@@ -56,10 +56,13 @@ bool FindPortion(const Vector2d& p, const Vector2d& q, const Conic& conic, Porti
   return true;
 }
 
-bool Contains(const PlanePolygon& polygon, const Vector2d& x) {
-  for (int k = 0; k < polygon.size; ++k) {
-    const Vector2d& p = polygon.corner[k];
-    const Vector2d e = polygon.corner[(k + 1) % polygon.size] - p;
+// The corner after the k-th.
+const Vector2d& GetNext(PlanePolygon polygon, std::size_t k) { return polygon[k + 1 < polygon.size() ? k + 1 : 0]; }
+
+bool Contains(PlanePolygon polygon, const Vector2d& x) {
+  for (std::size_t k = 0; k < polygon.size(); ++k) {
+    const Vector2d& p = polygon[k];
+    const Vector2d e = GetNext(polygon, k) - p;
     if (!(e.x() * (x.y() - p.y()) - e.y() * (x.x() - p.x()) > 0.0)) return false;
   }
   return true;
@@ -114,56 +117,61 @@ Eigen::Matrix<double, 6, 6> PlanarMoments::MakeGram() const {
   return gram;
 }
 
-PlanarMoments CalcPolygonMoments(const PlanePolygon& polygon) {
+PlanarMoments CalcPolygonMoments(PlanePolygon polygon) {
   PlanarMoments moments;
-  for (int k = 0; k < polygon.size; ++k) {
-    moments.AddEdge<3>(polygon.corner[k], polygon.corner[k + 1 < polygon.size ? k + 1 : 0]);
-  }
+  for (std::size_t k = 0; k < polygon.size(); ++k) moments.AddEdge<3>(polygon[k], GetNext(polygon, k));
   return moments;
 }
 
-PlanarMoments CalcConicMoments(const PlanePolygon& polygon, const Conic& conic) {
+PlanarMoments CalcConicMoments(PlanePolygon polygon, const Conic& conic) {
   PlanarMoments moments;
   if (!(conic.r2 > 0.0)) return moments;
   // Both are convex: where all corners are inside, all is, and nothing is cut.
-  bool inside = true;
-  for (int k = 0; k < polygon.size && inside; ++k) {
-    const double along = conic.alpha * polygon.corner[k].x() - conic.beta;
-    inside = conic.r2 - polygon.corner[k].y() * polygon.corner[k].y() - along * along > 0.0;
-  }
+  const bool inside = std::all_of(polygon.begin(), polygon.end(), [&](const Vector2d& x) {
+    const double along = conic.alpha * x.x() - conic.beta;
+    return conic.r2 - x.y() * x.y() - along * along > 0.0;
+  });
   if (inside) {
-    for (int k = 0; k < polygon.size; ++k) {
-      moments.AddEdge<PlanarMoments::kDegree>(polygon.corner[k], polygon.corner[k + 1 < polygon.size ? k + 1 : 0]);
+    for (std::size_t k = 0; k < polygon.size(); ++k) {
+      moments.AddEdge<PlanarMoments::kDegree>(polygon[k], GetNext(polygon, k));
     }
     return moments;
-  }
-  std::array<Portion, PlanePolygon::kMaxCorners> portions;
-  int count = 0;
-  for (int k = 0; k < polygon.size; ++k) {
-    if (FindPortion(polygon.corner[k], polygon.corner[(k + 1) % polygon.size], conic, &portions[count])) ++count;
   }
   const double b = std::sqrt(conic.r2);
   const bool is_strip = std::abs(conic.alpha) < kParallel;
   // A strip's own sides run along u: nothing of ∮ … dw comes from them.
   const double a = is_strip ? 0.0 : b / std::abs(conic.alpha);
   const double center_u = is_strip ? 0.0 : conic.beta / conic.alpha;
-  if (count == 0) {
-    if (!is_strip && Contains(polygon, Vector2d(center_u, 0.0))) {
-      moments.AddArc(center_u, a, b, 0.0, 2.0 * std::numbers::pi);
-    }
-    return moments;
-  }
-  for (int k = 0; k < count; ++k) {
-    moments.AddEdge<PlanarMoments::kDegree>(portions[k].begin, portions[k].end);
-    const Portion& next = portions[(k + 1) % count];
-    if (is_strip || !(portions[k].leaves || next.enters)) continue;
+  // A portion, and the arc from its end to where the next one begins.
+  const auto add = [&](const Portion& portion, const Portion& next) {
+    moments.AddEdge<PlanarMoments::kDegree>(portion.begin, portion.end);
+    if (is_strip || !(portion.leaves || next.enters)) return;
     const auto angle = [&](const Vector2d& x) { return std::atan2(x.y() / b, (x.x() - center_u) / a); };
-    const double begin = angle(portions[k].end);
+    const double begin = angle(portion.end);
     double span = angle(next.begin) - begin;
     if (span < 0.0) span += 2.0 * std::numbers::pi;
     // Where the two points are one up to rounding there is no arc, and none all the way around.
-    if (span > 2.0 * std::numbers::pi - 1e-9) continue;
+    if (span > 2.0 * std::numbers::pi - 1e-9) return;
     moments.AddArc(center_u, a, b, begin, span);
+  };
+  Portion first;
+  Portion last;
+  bool meets = false;
+  for (std::size_t k = 0; k < polygon.size(); ++k) {
+    Portion portion;
+    if (!FindPortion(polygon[k], GetNext(polygon, k), conic, &portion)) continue;
+    if (meets) {
+      add(last, portion);
+    } else {
+      first = portion;
+    }
+    last = portion;
+    meets = true;
+  }
+  if (meets) {
+    add(last, first);
+  } else if (!is_strip && Contains(polygon, Vector2d(center_u, 0.0))) {
+    moments.AddArc(center_u, a, b, 0.0, 2.0 * std::numbers::pi);
   }
   return moments;
 }

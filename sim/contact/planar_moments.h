@@ -14,6 +14,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <span>
 
 namespace knap {
 
@@ -52,16 +53,12 @@ struct Conic {
   double beta = 0.0;
 };
 
-// A convex polygon's corners, counter-clockwise; a few more than three corners and six cuts need.
-struct PlanePolygon {
-  static constexpr int kMaxCorners = 16;
-  int size = 0;
-  std::array<Eigen::Vector2d, kMaxCorners> corner;
-};
+// A convex polygon's corners, counter-clockwise.
+using PlanePolygon = std::span<const Eigen::Vector2d>;
 
 // Up to the third degree, which is what a linear field asks for; those of the fourth are 0.
-PlanarMoments CalcPolygonMoments(const PlanePolygon& polygon);
+PlanarMoments CalcPolygonMoments(PlanePolygon polygon);
 // Of the part inside the conic. Zero area without one.
-PlanarMoments CalcConicMoments(const PlanePolygon& polygon, const Conic& conic);
+PlanarMoments CalcConicMoments(PlanePolygon polygon, const Conic& conic);
 
 }  // namespace knap

@@ -130,9 +130,10 @@ std::optional<Touchdown> FindTouchdown(const ContactPair& contact, const std::ve
   out.in = -gap / rate;
   out.bodies[0] = MakeCotangent(contact.bodies[ball], arm_B, w_B, n, by_gap, by_rate);
   out.bodies[1] = MakeCotangent(contact.bodies[1 - ball], arm_S, w_S, n, -by_gap, -by_rate);
-  if (nearest.triangle >= 0) {
+  const auto* mesh = std::get_if<MeshGeometry>(&surface);
+  if (mesh != nullptr && mesh->is_designed) {
     const Vector3d bar_p = S.X_WB.R.transpose() * (-by_gap * n - by_rate * n.cross(w_S));
-    const Eigen::Vector3i corners = std::get<MeshGeometry>(surface).mesh->triangles()[nearest.triangle];
+    const Eigen::Vector3i corners = mesh->mesh->triangles()[nearest.triangle];
     for (int i = 0; i < 3; ++i) out.vertices.emplace_back(corners(i), nearest.barycentric(i) * bar_p);
   }
   return out;

@@ -26,7 +26,7 @@ inline constexpr double kLeastApproach = 1e-3;
 struct Touchdown {
   double in = 0.0;                       // tau − t [s]
   std::array<StateCotangent, 2> bodies;  // ∂tau/∂(motions of both); their state is left at 0
-  // ∂tau/∂vertices of the contact's mesh, in its body; none without one
+  // ∂tau/∂vertices of the contact's designed mesh, in its body; none without one
   std::vector<std::pair<int, Eigen::Vector3d>> vertices;
 };
 

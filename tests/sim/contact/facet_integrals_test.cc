@@ -1,5 +1,5 @@
 // Facets in depth fields: against plain sums over a fine lattice, against the energy, and derivatives against
-// differences, for random triangles in boxes, half-spaces, spheres and capsules.
+// differences, for random triangles in boxes, half-spaces, convex meshes, spheres and capsules.
 #include "sim/contact/facet_integrals.h"
 
 #include <gtest/gtest.h>
@@ -8,6 +8,8 @@
 #include <random>
 
 #include "sim/contact/contact_side.h"
+#include "sim/contact/convex_field.h"
+#include "tests/sim/contact/convex_meshes.h"
 #include "tests/sim/contact/patch_differences.h"
 
 namespace knap {
@@ -32,7 +34,9 @@ DepthField MakeField(int kind) {
   if (kind == 0) return PolyhedralField::MakeHalfSpace();
   if (kind == 1) return PolyhedralField::MakeBox({0.010, 0.007, 0.005}, center);
   if (kind == 2) return RoundField{0.008, 0.0, center};
-  return RoundField{0.005, 0.009, center};
+  if (kind == 3) return RoundField{0.005, 0.009, center};
+  if (kind == 4) return *MakeConvexField(test::MakePyramid());
+  return *MakeConvexField(test::MakeRoundHull(0.009, 1));
 }
 
 // The depth as the header says it, cell and all.
@@ -115,13 +119,14 @@ TEST_P(FacetIntegralsTest, EqualsALattice) {
   for (int trial = 0; trial < 12; ++trial) {
     const Triangle facet = MakeTriangle(&random, 0.015);
     const std::vector<PatchIntegrals> exact = SumFacet(facet, field).patches;
-    const std::vector<PatchIntegrals> sums = SumByLattice(facet, field, 400);
+    const std::vector<PatchIntegrals> sums = SumByLattice(facet, field, GetParam() < 4 ? 400 : 1000);
     PatchIntegrals::Vector whole = PatchIntegrals::Vector::Zero();
     for (const PatchIntegrals& sum : sums) whole = whole.cwiseMax(test::Pack(sum).cwiseAbs());
     if (!(whole(6) > 1e-9)) continue;  // smaller than a few parts of the lattice
     for (std::size_t cell = 0; cell < exact.size(); ++cell) {
       const PatchIntegrals::Vector error = (test::Pack(exact[cell]) - test::Pack(sums[cell])).cwiseAbs();
-      // The lattice misses by a share of its parts along the region's edge, and 0.05 mm is their size.
+      // The lattice misses by a share of its parts along the region's edge; they are some 0.05 mm large, smaller where
+      // cells are.
       for (const auto& [first, count] : {std::pair{0, 3}, {3, 3}, {6, 1}, {7, 3}, {10, 6}}) {
         EXPECT_LE(error.segment(first, count).maxCoeff(), 1e-3 * whole.segment(first, count).maxCoeff() + 1e-18)
             << "cell " << cell << ", trial " << trial << ", from " << first;
@@ -192,7 +197,7 @@ TEST_P(FacetIntegralsTest, CotangentsOfCorners) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Fields, FacetIntegralsTest, testing::Range(0, 4));
+INSTANTIATE_TEST_SUITE_P(Fields, FacetIntegralsTest, testing::Range(0, 6));
 
 // A box in the field of another, of a half-space, of a round body: no net force acts along a closed path of poses, and
 // the same holds for any pair of the table.
@@ -237,11 +242,8 @@ double CalcWork(const std::vector<ContactSide>& sides, std::vector<NearFacets>* 
 }
 
 TEST(ContactEnergyTest, ClosedPathsOfPosesCostNothing) {
-  TriangleMesh wedge;
-  wedge.vertices = {{-0.008, -0.01, -0.004}, {0.008, -0.01, -0.004}, {0.0, -0.01, 0.006},
-                    {-0.008, 0.01, -0.004},  {0.008, 0.01, -0.004},  {0.0, 0.01, 0.006}};
-  wedge.triangles = {{0, 1, 2}, {5, 4, 3}, {0, 3, 4}, {0, 4, 1}, {1, 4, 5}, {1, 5, 2}, {2, 5, 3}, {2, 3, 0}};
-  const MeshGeometry mesh{std::make_shared<ContactMesh>(wedge)};
+  const MeshGeometry mesh{std::make_shared<ContactMesh>(test::MakeWedge())};
+  const MeshGeometry hull = MakeFixedMesh(test::MakePyramid());
   const BoxGeometry box{{0.01, 0.006, 0.008}, {0.001, 0.0, 0.0}};
   const SphereGeometry sphere{0.007, {0.0, 0.001, 0.0}};
   const CapsuleGeometry capsule{0.005, 0.012, {0.0, 0.0, 0.001}};
@@ -257,7 +259,13 @@ TEST(ContactEnergyTest, ClosedPathsOfPosesCostNothing) {
                                                              {box, capsule},
                                                              {sphere, sphere},
                                                              {capsule, sphere},
-                                                             {capsule, capsule}};
+                                                             {capsule, capsule},
+                                                             {hull, HalfSpaceGeometry{}},
+                                                             {mesh, hull},
+                                                             {hull, box},
+                                                             {hull, hull},
+                                                             {hull, sphere},
+                                                             {hull, capsule}};
   Random random(5);
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     ContactPair pair;
@@ -269,7 +277,7 @@ TEST(ContactEnergyTest, ClosedPathsOfPosesCostNothing) {
     for (const ContactSide& side : sides) near.emplace_back(side);
     double largest = 0.0;
     for (int trial = 0; trial < 5; ++trial) {
-      const double lift = p < 4 ? 0.005 : 0.009;
+      const double lift = std::holds_alternative<HalfSpaceGeometry>(pairs[p][1]) ? 0.005 : 0.009;
       std::array<Pose, 3> at;
       for (Pose& X : at) {
         X = random.MakePose(0.6, 0.002);

@@ -1,0 +1,25 @@
+// The depth field of a mesh that is convex, with a plane for each of its faces.
+#pragma once
+
+#include <optional>
+
+#include "sim/contact/contact_shape.h"
+#include "sim/contact/depth_field.h"
+#include "sim/geometry/triangle_mesh.h"
+
+namespace knap {
+
+// `mesh` bounds one or several bodies (FindDefects is empty). Convex is one whose vertices all lie on or below the
+// plane of every facet, up to 1e-6 of its size: files in single precision round to a tenth of that. Facets whose
+// corners lie in a plane already taken, to the same 1e-6, are of one face; the largest facet says where a face's plane
+// is.
+//
+// Empty where the mesh is not convex, or has more than kMostFaces faces: every face is a patch with a law of friction
+// of its own.
+inline constexpr int kMostFaces = 1000;
+std::optional<PolyhedralField> MakeConvexField(const TriangleMesh& mesh);
+
+// What a body touches with whose mesh no design shapes: with a field where there is one.
+MeshGeometry MakeFixedMesh(const TriangleMesh& mesh);
+
+}  // namespace knap
