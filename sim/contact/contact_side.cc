@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "sim/contact/convex_field.h"
 #include "sim/contact/facet_integrals.h"
 
 namespace knap {
@@ -123,6 +124,13 @@ void CutNearFacets(const ContactSide& side, NearFacets* near, const Pose& X_SB, 
 
 }  // namespace
 
+std::string DescribeMeshPair() {
+  return fmt::format(
+      "two meshes; one has to be a sphere, capsule, box or half_space, or convex with at most {} faces and not "
+      "designed",
+      kMostFaces);
+}
+
 std::vector<ContactSide> MakeSides(const std::vector<ContactPair>& contacts) {
   std::vector<ContactSide> sides;
   int next_id = 0;
@@ -133,7 +141,7 @@ std::vector<ContactSide> MakeSides(const std::vector<ContactPair>& contacts) {
       throw std::invalid_argument(fmt::format("contact {}: two half-spaces do not touch", i));
     }
     if (HasNoField(a) && HasNoField(b)) {
-      throw std::invalid_argument(fmt::format("contact {}: two meshes; {}", i, kMeshPartners));
+      throw std::invalid_argument(fmt::format("contact {}: {}", i, DescribeMeshPair()));
     }
     // What is to have the field comes last.
     const auto rank = [](const ContactGeometry& shape) {

@@ -19,6 +19,7 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "sim/contact/axis_integrals.h"
@@ -53,9 +54,8 @@ struct ContactSide {
   int num_cells() const { return CountCells(field); }
 };
 
-// What a mesh that has no field may touch.
-inline constexpr char kMeshPartners[] =
-    "one has to be a sphere, capsule, box, half_space or a convex mesh that is not designed";
+// What is wrong with a contact of two meshes without a field: which other shapes one of them could have.
+std::string DescribeMeshPair();
 
 // In the order of the contacts. Throws std::invalid_argument naming the contact's number for two half-spaces or meshes.
 std::vector<ContactSide> MakeSides(const std::vector<ContactPair>& contacts);

@@ -35,14 +35,13 @@ void StartPolygon(const Facet& facet, WalledPolygon* polygon) {
 // Leaves of out->polygon the part inside ≥ 0 [Sutherland & Hodgman 1974]; the new edge lies on `wall`.
 void Clip(const Linear& inside, int wall, FacetRegions* out) {
   WalledPolygon& polygon = out->polygon;
+  if (std::all_of(polygon.corner.begin(), polygon.corner.end(),
+                  [&](const Vector2d& x) { return inside.At(x) >= 0.0; })) {
+    return;
+  }
   std::vector<double>& at = out->inside;
   at.clear();
-  bool all = true;
-  for (const Vector2d& x : polygon.corner) {
-    at.push_back(inside.At(x));
-    all = all && at.back() >= 0.0;
-  }
-  if (all) return;
+  for (const Vector2d& x : polygon.corner) at.push_back(inside.At(x));
   out->clipped.clear();
   for (int k = 0; k < polygon.size(); ++k) {
     const int next = k + 1 < polygon.size() ? k + 1 : 0;
@@ -79,13 +78,16 @@ void CutFacet(int number, const Facet& facet, const PolyhedralField& field, Face
     if (depth.most <= 0.0) return;
     reach = std::min(reach, depth.most);
   }
+  // Of many planes most are farther from the facet than another is: nothing of it lies in their cells.
+  std::vector<int>& near = out->near;
+  near.clear();
   const int planes = static_cast<int>(depths.size());
   for (int i = 0; i < planes; ++i) {
-    // Of many planes most are farther from the facet than another is: nothing of it lies in their cells.
-    if (depths[i].least > reach) continue;
-    bool empty = false;
-    for (int j = 0; j < planes && !empty; ++j) empty = CountNearer(depths[j], depths[i], facet.size) == facet.size;
-    if (empty) continue;
+    if (depths[i].least <= reach) near.push_back(i);
+  }
+  for (const int i : near) {
+    const auto is_nearer = [&](int j) { return CountNearer(depths[j], depths[i], facet.size) == facet.size; };
+    if (std::any_of(near.begin(), near.end(), is_nearer)) continue;
     const Linear& e = depths[i].e;
     WalledPolygon& polygon = out->polygon;
     StartPolygon(facet, &polygon);

@@ -98,6 +98,7 @@ struct FacetRegions {
   std::vector<WallEdge> walls;
   // Scratch of the facet that is cut.
   std::vector<FacetDepth> depths;
+  std::vector<int> near;  // the planes whose cells may have a part of the facet
   WalledPolygon polygon, clipped;
   std::vector<double> inside;  // at the polygon's corners
   std::vector<Eigen::Vector2d> turned;

@@ -60,16 +60,22 @@ std::optional<UnitBody> MakeUnitBody(const std::optional<Shape>& shape) {
 
 Matrix6d MakeInertia(const Body& body, const MassProperties* of_unit_density) {
   if (!body.inertia) return Matrix6d::Zero();
-  const DensityInertia* density = std::get_if<DensityInertia>(&*body.inertia);
-  if (of_unit_density != nullptr && density != nullptr) {
-    return MakeSpatialInertia(density->density * of_unit_density->mass, of_unit_density->CalcCenter(),
-                              density->density * of_unit_density->CalcCentralInertia());
+  const auto fill_mesh = [&](double density) {
+    return MakeSpatialInertia(density * of_unit_density->mass, of_unit_density->CalcCenter(),
+                              density * of_unit_density->CalcCentralInertia());
+  };
+  const auto* density = std::get_if<DensityInertia>(&*body.inertia);
+  const auto* of_mass = std::get_if<SolidInertia>(&*body.inertia);
+  const bool keeps_volume = body.shape && std::holds_alternative<MeshShape>(*body.shape);
+  if (of_unit_density != nullptr && density != nullptr) return fill_mesh(density->density);
+  if (of_unit_density != nullptr && of_mass != nullptr && keeps_volume) {
+    return fill_mesh(of_mass->mass / of_unit_density->mass);
   }
   const auto solid = [&](const auto& mass_of_volume) {
     const std::optional<UnitBody> unit = MakeUnitBody(body.shape);
     if (!unit) {
       throw std::runtime_error(fmt::format(
-          "body '{}': a solid inertia needs a sphere, capsule or box as shape; give it explicitly", body.name));
+          "body '{}': a solid inertia needs a sphere, capsule, box or mesh as shape; give it explicitly", body.name));
     }
     const double mass = mass_of_volume(unit->volume);
     const Vector3d moments = mass * unit->moments_per_mass;

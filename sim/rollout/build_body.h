@@ -14,7 +14,7 @@ namespace knap {
 // Rz(yaw) Ry(pitch) Rx(roll).
 Eigen::Matrix3d RotationFromRpy(const Eigen::Vector3d& rpy);
 
-// Zero without an inertia. `of_unit_density`: of a designed body's mesh, which bounds a body, else null. Throws
+// Zero without an inertia. `of_unit_density`: of the body's mesh, which bounds a body, else null. Throws
 // std::runtime_error with one line where a mass is spread over a shape without a volume of its own, or over a designed
 // mesh.
 Matrix6d MakeInertia(const Body& body, const MassProperties* of_unit_density);

@@ -245,8 +245,8 @@ const Body& FindBody(const Scene& scene, const std::string& name) {
   throw std::runtime_error(fmt::format("no body '{}'", name));
 }
 
-// `mesh`: of a designed body, else null.
-ContactGeometry MakeGeometry(const Shape& shape, const std::shared_ptr<const ContactMesh>& mesh) {
+// `mesh`: of a body whose shape is one.
+ContactGeometry MakeGeometry(const Shape& shape, const MeshGeometry& mesh) {
   return std::visit(Overloaded{[](const HalfSpaceShape&) -> ContactGeometry { return HalfSpaceGeometry{}; },
                                [](const SphereShape& s) -> ContactGeometry {
                                  return SphereGeometry{s.radius, Vector3d::Zero()};
@@ -257,13 +257,13 @@ ContactGeometry MakeGeometry(const Shape& shape, const std::shared_ptr<const Con
                                [](const BoxShape& s) -> ContactGeometry {
                                  return BoxGeometry{0.5 * s.size, s.center};
                                },
-                               [&](const DesignedMeshShape&) -> ContactGeometry { return MeshGeometry{mesh}; }},
+                               [&](const DesignedMeshShape&) -> ContactGeometry { return mesh; },
+                               [&](const MeshShape&) -> ContactGeometry { return mesh; }},
                     shape);
 }
 
 // A name in a contact stands for a body or for each link of a rope.
-ContactGeometry MakePartnerGeometry(const Scene& scene, const std::string& name,
-                                    const std::shared_ptr<const ContactMesh>& mesh) {
+ContactGeometry MakePartnerGeometry(const Scene& scene, const std::string& name, const MeshGeometry& mesh) {
   for (const Rope& rope : scene.ropes) {
     if (rope.name != name) continue;
     const Vector3d size(rope.pitch - rope.gap, rope.thickness, rope.thickness);
@@ -279,15 +279,20 @@ std::vector<int> GetPartners(const SceneModel& model, const std::string& name) {
   return links != model.links.end() ? links->second : std::vector<int>{model.body_index.at(name)};
 }
 
-void AddContact(const Scene& scene, std::size_t index, const DesignedShapes& shapes, SceneModel* model) {
+void AddContact(const Scene& scene, std::size_t index, const DesignedShapes& shapes, const FixedMeshes& meshes,
+                SceneModel* model) {
   const Contact& contact = scene.contacts[index];
   ContactPair pair;
   std::string mesh_of;
   for (int k = 0; k < 2; ++k) {
-    const auto shape = shapes.find(contact.bodies[k]);
-    const bool designed = shape != shapes.end();
-    pair.shapes[k] = MakePartnerGeometry(scene, contact.bodies[k], designed ? shape->second.contact : nullptr);
-    if (designed) mesh_of = contact.bodies[k];
+    const std::string& name = contact.bodies[k];
+    MeshGeometry mesh;
+    if (const auto fixed = meshes.find(name); fixed != meshes.end()) mesh = fixed->second.contact;
+    if (const auto shape = shapes.find(name); shape != shapes.end()) {
+      mesh.mesh = shape->second.contact;
+      mesh_of = name;
+    }
+    pair.shapes[k] = MakePartnerGeometry(scene, name, mesh);
   }
   pair.material = {contact.stiffness,          contact.damping,    contact.friction,
                    contact.rolling_resistance, contact.slip_speed, contact.stick_distance};
@@ -330,7 +335,12 @@ GripSpring MakeGrip(const Scene& scene, const Grip& grip, const SceneModel& mode
 
 }  // namespace
 
-SceneModel BuildModel(const Scene& scene, const DesignedShapes& shapes) {
+SceneModel BuildModel(const Scene& scene, const DesignedShapes& shapes, const FixedMeshes& meshes) {
+  const auto find_mass = [&](const std::string& name) -> const MassProperties* {
+    if (const auto shape = shapes.find(name); shape != shapes.end()) return &shape->second.of_unit_density;
+    const auto mesh = meshes.find(name);
+    return mesh == meshes.end() ? nullptr : &mesh->second.of_unit_density;
+  };
   Builder builder(CalcGravity(scene));
   // Parents first, else in the order of the file.
   std::vector<bool> added(scene.bodies.size(), false);
@@ -338,15 +348,14 @@ SceneModel BuildModel(const Scene& scene, const DesignedShapes& shapes) {
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
       const Body& body = scene.bodies[i];
       if (added[i] || (body.parent != kWorldName && builder.model().body_index.count(body.parent) == 0)) continue;
-      const auto shape = shapes.find(body.name);
-      builder.Add(body, shape == shapes.end() ? nullptr : &shape->second.of_unit_density);
+      builder.Add(body, find_mass(body.name));
       added[i] = true;
       break;
     }
   }
   for (const Rope& rope : scene.ropes) builder.Add(rope);
   SceneModel model = builder.Finish();
-  for (std::size_t i = 0; i < scene.contacts.size(); ++i) AddContact(scene, i, shapes, &model);
+  for (std::size_t i = 0; i < scene.contacts.size(); ++i) AddContact(scene, i, shapes, meshes, &model);
   for (const Grip& grip : scene.grips) model.grips.push_back(MakeGrip(scene, grip, model));
   return model;
 }

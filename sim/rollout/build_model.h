@@ -13,6 +13,7 @@
 #include "sim/contact/contact_model.h"
 #include "sim/geometry/mass_properties.h"
 #include "sim/multibody/tree.h"
+#include "sim/rollout/fixed_meshes.h"
 #include "sim/scenarios/scene.h"
 
 namespace knap {
@@ -37,7 +38,7 @@ struct SceneModel {
   Tree tree;
   std::vector<ContactPair> contacts;
   std::vector<GripSpring> grips;                  // in the order of the scene
-  std::vector<std::string> contact_mesh_of;       // for each contact: the body whose mesh it has, empty without a mesh
+  std::vector<std::string> contact_mesh_of;       // for each contact: the designed body whose mesh it has, else empty
   std::vector<int> contact_of_pair;               // which of the scene's contacts one of `contacts` belongs to
   std::vector<ActuatorCommand> actuators;         // in the tree's order
   std::map<std::string, int> body_index;          // name → index in the tree
@@ -47,9 +48,9 @@ struct SceneModel {
   Eigen::VectorXd v0;
 };
 
-// `shapes` of all designed bodies, without faults. Throws std::runtime_error with one line naming what this simulator
-// cannot do: a contact of a body without a shape, a mass spread over a shape without a volume. Contacts that
-// ContactModel refuses are reported there.
-SceneModel BuildModel(const Scene& scene, const DesignedShapes& shapes);
+// `shapes` of all designed bodies, without faults; `meshes` of all others that have one. Throws std::runtime_error with
+// one line naming what this simulator cannot do: a contact of a body without a shape, a mass spread over a shape
+// without a volume. Contacts that ContactModel refuses are reported there.
+SceneModel BuildModel(const Scene& scene, const DesignedShapes& shapes, const FixedMeshes& meshes = {});
 
 }  // namespace knap

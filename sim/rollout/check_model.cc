@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "sim/contact/contact_side.h"
+#include "sim/contact/convex_field.h"
 #include "sim/geometry/mesh_io.h"
 #include "sim/geometry/triangle_mesh.h"
 #include "sim/morphology/cage_fit.h"
@@ -31,7 +33,10 @@ class ModelChecker {
       : scene_(scenario.parsed.scene), files_(scenario.files), log_(scenario.parsed.log) {}
 
   void Check() {
-    for (const Body& body : scene_.bodies) CheckBody(body);
+    for (const Body& body : scene_.bodies) {
+      CheckBody(body);
+      CheckFixedMesh(body);
+    }
     for (std::size_t i = 0; i < scene_.contacts.size(); ++i) CheckContact(i);
     for (std::size_t i = 0; i < scene_.grips.size(); ++i) CheckGrip(i);
     if (scene_.design) {
@@ -73,6 +78,21 @@ class ModelChecker {
            "the mass of a designed mesh follows from a density, or is given by an explicit inertia and stays");
   }
 
+  // Remembers what contacts are asked about.
+  void CheckFixedMesh(const Body& body) {
+    const auto* shape = body.shape ? std::get_if<MeshShape>(&*body.shape) : nullptr;
+    if (shape == nullptr) return;
+    const std::string path = "bodies." + body.name + ".shape";
+    const std::optional<TriangleMesh> mesh = CheckMesh(path + ".file", path + ".unit", shape->file, shape->unit);
+    if (mesh && FindDefects(*mesh).empty()) has_field_[body.name] = MakeConvexField(*mesh).has_value();
+  }
+
+  // A mesh that only shapes with a field of their own can touch; not one that has been reported.
+  bool HasNoField(const Body& body) const {
+    const auto fixed = has_field_.find(body.name);
+    return HasShape<DesignedMeshShape>(body) || (fixed != has_field_.end() && !fixed->second);
+  }
+
   void CheckContact(std::size_t i) {
     const std::string path = fmt::format("contacts[{}].bodies", i);
     const Body* a = FindBody(scene_.contacts[i].bodies[0]);  // null for a rope, which touches all shapes
@@ -80,9 +100,8 @@ class ModelChecker {
     if (a == nullptr || b == nullptr || a == b || !a->shape || !b->shape) return;  // reported by CheckScene
     if (HasShape<HalfSpaceShape>(*a) && HasShape<HalfSpaceShape>(*b)) {
       Report({path, GetShapePath(*a), GetShapePath(*b)}, "two half_spaces do not touch");
-    } else if (HasShape<DesignedMeshShape>(*a) && HasShape<DesignedMeshShape>(*b)) {
-      Report({path, GetShapePath(*a), GetShapePath(*b)},
-             "two designed meshes; one has to be a sphere, capsule, box or half_space");
+    } else if (HasNoField(*a) && HasNoField(*b)) {
+      Report({path, GetShapePath(*a), GetShapePath(*b)}, DescribeMeshPair());
     } else if (FindMover(*a) == nullptr && FindMover(*b) == nullptr) {
       Report({path, GetJointPath(*a), GetJointPath(*b)},
              fmt::format("forces move neither {} nor {}, so their contact does nothing", a->name, b->name));
@@ -99,8 +118,9 @@ class ModelChecker {
 
   void CheckDesign(const DesignedBody& body) {
     const std::string path = "design.bodies." + body.name;
-    const std::optional<TriangleMesh> mesh = CheckMesh(path, "mesh", body.mesh, body.mesh_unit);
-    const std::optional<TriangleMesh> cage = CheckMesh(path, "cage", body.cage, body.mesh_unit);
+    const std::string unit = path + ".mesh_unit";
+    const std::optional<TriangleMesh> mesh = CheckMesh(path + ".mesh", unit, body.mesh, body.mesh_unit);
+    const std::optional<TriangleMesh> cage = CheckMesh(path + ".cage", unit, body.cage, body.mesh_unit);
     if (!cage) return;
     if (mesh && FindDefects(*mesh).empty() && FindDefects(*cage).empty()) {
       const std::string misfit = DescribeMisfit(*mesh, *cage);
@@ -127,11 +147,10 @@ class ModelChecker {
   }
 
   // Empty when the file is missing or no mesh.
-  std::optional<TriangleMesh> CheckMesh(const std::string& path, const char* key, const std::string& file,
-                                        double unit) {
+  std::optional<TriangleMesh> CheckMesh(const std::string& field, const std::string& unit_field,
+                                        const std::string& file, double unit) {
     const auto bytes = files_.find(file);
-    const std::string field = path + "." + key;
-    if (bytes == files_.end() || log_.HasFailedNear(field) || log_.HasFailedNear(path + ".mesh_unit")) return {};
+    if (bytes == files_.end() || log_.HasFailedNear(field) || log_.HasFailedNear(unit_field)) return {};
     try {
       TriangleMesh mesh = ReadMesh(file, bytes->second, unit);
       const MeshDefects defects = FindDefects(mesh);
@@ -148,6 +167,7 @@ class ModelChecker {
   const Scene& scene_;
   const std::map<std::string, std::string>& files_;
   FieldLog& log_;
+  std::map<std::string, bool> has_field_;  // of bodies with a mesh that is not designed: whether it is convex
 };
 
 }  // namespace

@@ -48,10 +48,11 @@ void SetUnknown(const RolloutInput& input, RolloutOutput* out) {
 
 }  // namespace
 
-RolloutModel::RolloutModel(const std::map<std::string, std::string>& files) : scene_(ParseScenarioFiles(files)) {
+RolloutModel::RolloutModel(const std::map<std::string, std::string>& files)
+    : scene_(ParseScenarioFiles(files)), meshes_(ReadFixedMeshes(scene_, files)) {
   if (scene_.design) design_.emplace(scene_, files);
   // Whatever this simulator cannot do shows now, not in the first rollout.
-  ContactModel(BuildModel(scene_, *GetShapes(design_ ? design_->initial_theta() : VectorXd())).contacts);
+  ContactModel(BuildModel(scene_, *GetShapes(design_ ? design_->initial_theta() : VectorXd()), meshes_).contacts);
 }
 
 std::shared_ptr<const DesignedShapes> RolloutModel::GetShapes(const VectorXd& theta) {
@@ -76,7 +77,7 @@ RolloutModel::Simulated RolloutModel::Simulate(const VectorXd& theta, const Vect
   s.moved = Scene(s.scene);
   if (design_) design_->MoveAttachments(theta, &s.moved);
   s.shapes = GetShapes(theta);
-  s.model = BuildModel(s.moved, *s.shapes);
+  s.model = BuildModel(s.moved, *s.shapes, meshes_);
   const Eigen::Index open_loop = CountControls(s.scene);
   if (s.scene.controls) s.commands = CalcCommands(*s.scene.controls, controls.head(open_loop));
   if (s.scene.policy) {

@@ -158,6 +158,7 @@ class RolloutModel {
   const Reference& GetReference(const RolloutInput& input);
 
   Scene scene_;
+  FixedMeshes meshes_;
   std::optional<SceneDesign> design_;
   std::list<std::pair<Eigen::VectorXd, std::shared_ptr<const DesignedShapes>>> shapes_;
   std::list<Reference> references_;

@@ -336,7 +336,8 @@ class SceneReader final : public FieldVisitor {
 
   void CheckNumericKey(const std::string& key) {
     if (FindKey(key) != nullptr) {
-      if (!MayVary(key)) Fail("may not vary; numbers of gravity, bodies, contacts, loss and success may");
+      if (!MayVary(key))
+        Fail("may not vary; numbers of gravity, bodies (but the unit of a mesh), contacts, loss and success may");
       return;
     }
     // "bodies.pea.initial.position[0]" cannot be found when the pea's joint is wrong: one error is enough.

@@ -50,7 +50,13 @@ struct BoxShape {
 // A designed body: Scene::design gives its mesh, in B.
 struct DesignedMeshShape {};
 
-using Shape = std::variant<HalfSpaceShape, SphereShape, CapsuleShape, BoxShape, DesignedMeshShape>;
+// A closed triangle mesh in B that stays as it is on file.
+struct MeshShape {
+  std::string file;   // beside the scenario
+  double unit = 0.0;  // length of one unit of the file [m]
+};
+
+using Shape = std::variant<HalfSpaceShape, SphereShape, CapsuleShape, BoxShape, DesignedMeshShape, MeshShape>;
 
 // The body fills its shape with one density, found from the total mass.
 struct SolidInertia {

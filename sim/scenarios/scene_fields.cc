@@ -48,9 +48,20 @@ static void VisitFields(FieldVisitor& v, BoxShape& s) {
 
 static void VisitFields(FieldVisitor&, DesignedMeshShape&) {}
 
+static void VisitFields(FieldVisitor& v, MeshShape& s) {
+  v.Text({.key = "file",
+          .doc = "closed triangle mesh in B; a convex one of up to 1000 faces meets other meshes too",
+          .role = TextRole::kFile},
+         s.file);
+  v.Number({.key = "unit", .doc = "length of one unit of the file", .dimension = kLength, .range = kPositive}, s.unit);
+}
+
 static void VisitFields(FieldVisitor& v, Shape& shape) {
-  v.OneOf({.key = "type", .doc = "half_space: solid below the plane z = 0 of B; designed_mesh: see `design`"}, shape,
-          {"half_space", "sphere", "capsule", "box", "designed_mesh"});
+  v.OneOf(
+      {.key = "type",
+       .doc =
+           "half_space: solid below the plane z = 0 of B; designed_mesh: see `design`; mesh: stays as it is on file"},
+      shape, {"half_space", "sphere", "capsule", "box", "designed_mesh", "mesh"});
 }
 
 static void VisitFields(FieldVisitor& v, SolidInertia& i) {

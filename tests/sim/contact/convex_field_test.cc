@@ -172,7 +172,8 @@ TEST(ConvexField, WrenchesAreTheEnergysSlopes) {
     // The lattice misses by some thousandths: its parts are a 120th of the body, which is some 0.01 m large.
     ASSERT_GT(sum.F.norm(), 0.01);
     EXPECT_LE((exact.F - sum.F).norm(), 0.01 * sum.F.norm()) << exact.F.transpose() << " : " << sum.F.transpose();
-    EXPECT_LE((exact.M - sum.M).norm(), 0.01 * 0.01 * sum.F.norm()) << exact.M.transpose() << " : " << sum.M.transpose();
+    EXPECT_LE((exact.M - sum.M).norm(), 0.01 * 0.01 * sum.F.norm())
+        << exact.M.transpose() << " : " << sum.M.transpose();
   }
 }
 

@@ -8,8 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "sim/contact/convex_field.h"
 #include "sim/gradient/adjoint.h"
 #include "sim/gradient/touchdown.h"
+#include "tests/sim/dynamics/pair_scene.h"
 #include "tests/sim/dynamics/scenes.h"
 
 namespace knap {
@@ -261,6 +263,28 @@ TEST(Touchdown, FollowingNodesEqualDifferencesOverNodesThatMove) {
     const double still = (Throw::Weigh(at.Run(d, &nodes)) - Throw::Weigh(at.Run(-d, &nodes))) / (2.0 * s);
     EXPECT_NEAR(at_rest(i), still, 2e-5 * at_rest.norm()) << i;
   }
+}
+
+// The vertices of a mesh that no design shapes have no cotangents, and the contact has no place for any.
+TEST(Touchdown, OnAMeshThatIsNotDesignedHasNoVertices) {
+  const TriangleMesh bar = test::MakeBar(0.03, 0.02, 0.04, 1, 1);
+  const auto find = [&](const MeshGeometry& mesh) {
+    test::PairScene scene;
+    const int floor = scene.AddFixed(test::MakeFloorPose(0.04));
+    const int ball = scene.AddFree(0.001, Vector3d::Constant(1e-8), Vector3d(0.001, 0.002, 0.01),
+                                   Eigen::Quaterniond::Identity(), Vector3d(0.0, 0.0, -0.5), Vector3d::Zero());
+    scene.Touch(ball, SphereGeometry{0.007, Vector3d::Zero()}, floor, mesh, {});
+    Dynamics dynamics(scene.tree);
+    dynamics.CalcKinematics(scene.q0(), scene.v0(), VectorXd::Zero(6), 0.0);
+    return FindTouchdown(scene.contacts[0], dynamics.kinematics());
+  };
+  const std::optional<Touchdown> designed = find(test::MakeMesh(bar));
+  const std::optional<Touchdown> fixed = find(MakeFixedMesh(bar));
+  ASSERT_TRUE(designed && fixed);
+  EXPECT_NEAR(designed->in, 0.006, 1e-9);
+  EXPECT_EQ(fixed->in, designed->in);
+  EXPECT_EQ(designed->vertices.size(), 3u);
+  EXPECT_TRUE(fixed->vertices.empty());
 }
 
 }  // namespace

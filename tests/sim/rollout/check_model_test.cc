@@ -101,6 +101,36 @@ TEST_F(CheckModelTest, AMeshMustBeClosed) {
                   ": design.bodies.pusher.cage: value 'meshes/open.obj': must be closed and face outwards; it has "));
 }
 
+// The pea of configs/pushing.yaml, which meets the pusher in line 30, as another body.
+TEST_F(CheckModelTest, MeshesThatAreNotDesigned) {
+  for (const char* name : {"box.obj", "notched_bar.obj"}) {
+    fs::copy(fs::path(KNAP_TEST_DATA) / "mesh" / name, folder_ / "meshes" / name);
+  }
+  std::ofstream(folder_ / "meshes/open.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\n";
+  const auto with = [](const std::string& shape) {
+    return EditScene(ReadPushing(), "{type: sphere, radius: 7 mm}", shape);
+  };
+  const EditedScene convex = with("{type: mesh, file: meshes/box.obj, unit: 1 mm}");
+  EXPECT_EQ(FindErrors(convex.text), "");
+  EXPECT_NO_THROW(RolloutModel(Load(convex.text).files));
+  const EditedScene notched = with("{type: mesh, file: meshes/notched_bar.obj, unit: 1 mm}");
+  EXPECT_EQ(FindErrors(notched.text),
+            "p.yaml:30:14: contacts[1].bodies: two meshes; one has to be a sphere, capsule, box or half_space, or "
+            "convex with at most 1000 faces and not designed\n");
+  EXPECT_THROW(RolloutModel(Load(notched.text).files), std::invalid_argument);
+  const EditedScene open = with("{type: mesh, file: @meshes/open.obj, unit: 1 mm}");
+  EXPECT_THAT(FindErrors(open.text),
+              testing::StartsWith(
+                  "p.yaml:" + open.place +
+                  ": bodies.pea.shape.file: value 'meshes/open.obj': must be closed and face outwards; it has "));
+  const EditedScene no_mesh = with("{type: mesh, file: @meshes/make_pusher.py, unit: 1 mm}");
+  EXPECT_EQ(
+      FindErrors(no_mesh.text),
+      "p.yaml:" + no_mesh.place +
+          ": bodies.pea.shape.file: value 'meshes/make_pusher.py': meshes/make_pusher.py: cannot read '.py' files "
+          "as meshes; save it as .obj or .stl\n");
+}
+
 // A linear policy of one motor: two inputs and a bias.
 TEST_F(CheckModelTest, WeightsMustFitTheNetwork) {
   constexpr char kCrank[] = R"(schema: 1

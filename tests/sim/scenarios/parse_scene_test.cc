@@ -81,7 +81,8 @@ const SceneErrorCase kFieldErrors[] = {
      "bodies.pea.inertia.mass: missing; expected a mass with its unit, such as "
      "'4.2 g', more than 0 kg"},
     {"MissingType", "{type: half_space}\n  - name: tool", "@{}\n  - name: tool",
-     "bodies.ground.shape.type: missing; expected one of: half_space, sphere, capsule, box, designed_mesh"},
+     "bodies.ground.shape.type: missing; expected one of: half_space, sphere, capsule, box, designed_mesh, "
+     "mesh"},
     {"MissingSection",
      "      type: prescribed\n      motion: {type: zigzag, amplitude: 6 cm, period: 3 s, sharpness: 0.9, "
      "forward_speed: 60 mm/s, stop_at: 37 cm}",
@@ -157,8 +158,15 @@ const SceneErrorCase kFieldErrors[] = {
     {"VariationKeyOfAnInteger", "\"contacts[0].friction\"", "@rollout.newton_max_iterations",
      "variation[1].key: value 'rollout.newton_max_iterations': the scene has no such number"},
     {"VariationKeyThatMayNotVary", "\"contacts[0].friction\"", "@learning.alpha",
-     "variation[1].key: value 'learning.alpha': may not vary; numbers of gravity, bodies, contacts, loss and success "
-     "may"},
+     "variation[1].key: value 'learning.alpha': may not vary; numbers of gravity, bodies (but the unit of a mesh), "
+     "contacts, loss and success may"},
+    {"MeshWithoutAUnit", "    shape: {type: half_space}\n  - name: hinge",
+     "    shape: @{type: mesh, file: wall.obj}\n  - name: hinge",
+     "bodies.wall.shape.unit: missing; expected a length with its unit, such as '10 mm', more than 0 m"},
+    {"MeshAbove", "    shape: {type: half_space}\n  - name: hinge",
+     "    shape: {type: mesh, file: @../wall.obj, unit: 1 mm}\n  - name: hinge",
+     "bodies.wall.shape.file: value '../wall.obj': expected a file below the scenario's folder, as a relative path "
+     "without '..', such as 'meshes/tool.obj'"},
     {"VariationUnit", "lower: -20 mm", "lower: @-20",
      "variation[0].lower: value '-20': expected a length with its unit, such as '10 mm'"},
     {"BrokenYaml", "evaluation: {variations: 20, seed: 12}\n", "evaluation: {variations: 20, seed: 12\n@",
