@@ -63,6 +63,9 @@ Json MakeShapeJson(const Shape& shape) {
           [](const CapsuleShape& s) -> Json {
             return {{"type", "capsule"}, {"radius", s.radius}, {"length", s.length}, {"center", MakeJson(s.center)}};
           },
+          [](const CylinderShape& s) -> Json {
+            return {{"type", "cylinder"}, {"radius", s.radius}, {"length", s.length}, {"center", MakeJson(s.center)}};
+          },
           [](const BoxShape& s) -> Json {
             return {{"type", "box"}, {"size", MakeJson(s.size)}, {"center", MakeJson(s.center)}};
           },

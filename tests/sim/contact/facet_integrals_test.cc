@@ -1,5 +1,5 @@
 // Facets in depth fields: against plain sums over a fine lattice, against the energy, and derivatives against
-// differences, for random triangles in boxes, half-spaces, spheres and capsules.
+// differences, for random triangles in boxes, half-spaces, spheres, capsules and cylinders.
 #include "sim/contact/facet_integrals.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,10 @@ DepthField MakeField(int kind) {
   if (kind == 0) return PolyhedralField::MakeHalfSpace();
   if (kind == 1) return PolyhedralField::MakeBox({0.010, 0.007, 0.005}, center);
   if (kind == 2) return RoundField{0.008, 0.0, center};
-  return RoundField{0.005, 0.009, center};
+  if (kind == 3) return RoundField{0.005, 0.009, center};
+  const Vector3d axis = Vector3d(0.3, -0.5, 0.8).normalized();
+  if (kind == 4) return CylinderField{0.006, 0.007, center, axis};
+  return CylinderField{0.009, 0.002, center, axis};  // flatter than half its radius: the ends' cells meet
 }
 
 // The depth as the header says it, cell and all.
@@ -48,6 +51,13 @@ double CalcDepth(const DepthField& field, const Vector3d& x, int* cell) {
       }
     }
     return std::max(0.0, least);
+  }
+  if (const auto* cylinder = std::get_if<CylinderField>(&field)) {
+    const Vector3d d = x - cylinder->center;
+    const double z = cylinder->axis.dot(d);
+    const double r = cylinder->radius;
+    const double side = (r * r - (d - z * cylinder->axis).squaredNorm()) / (2.0 * r);
+    return std::max(0.0, std::min(side, cylinder->half_length - std::abs(z)));
   }
   const RoundField& round = std::get<RoundField>(field);
   const double along = std::clamp(round.axis.dot(x - round.center), -round.half_length, round.half_length);
@@ -192,7 +202,7 @@ TEST_P(FacetIntegralsTest, CotangentsOfCorners) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Fields, FacetIntegralsTest, testing::Range(0, 4));
+INSTANTIATE_TEST_SUITE_P(Fields, FacetIntegralsTest, testing::Range(0, 6));
 
 // A box in the field of another, of a half-space, of a round body: no net force acts along a closed path of poses, and
 // the same holds for any pair of the table.
@@ -245,16 +255,22 @@ TEST(ContactEnergyTest, ClosedPathsOfPosesCostNothing) {
   const BoxGeometry box{{0.01, 0.006, 0.008}, {0.001, 0.0, 0.0}};
   const SphereGeometry sphere{0.007, {0.0, 0.001, 0.0}};
   const CapsuleGeometry capsule{0.005, 0.012, {0.0, 0.0, 0.001}};
+  const CylinderGeometry cylinder{0.006, 0.008, {0.0, 0.001, 0.0}};
+  const CylinderGeometry coin{0.009, 0.0015, {0.0, 0.001, 0.0}};
   const std::vector<std::array<ContactGeometry, 2>> pairs = {{box, HalfSpaceGeometry{}},
                                                              {mesh, HalfSpaceGeometry{}},
                                                              {sphere, HalfSpaceGeometry{}},
                                                              {capsule, HalfSpaceGeometry{}},
+                                                             {cylinder, HalfSpaceGeometry{}},
                                                              {box, box},
                                                              {mesh, box},
                                                              {mesh, sphere},
                                                              {mesh, capsule},
                                                              {box, sphere},
                                                              {box, capsule},
+                                                             {mesh, cylinder},
+                                                             {box, cylinder},
+                                                             {box, coin},
                                                              {sphere, sphere},
                                                              {capsule, sphere},
                                                              {capsule, capsule}};
@@ -269,7 +285,7 @@ TEST(ContactEnergyTest, ClosedPathsOfPosesCostNothing) {
     for (const ContactSide& side : sides) near.emplace_back(side);
     double largest = 0.0;
     for (int trial = 0; trial < 5; ++trial) {
-      const double lift = p < 4 ? 0.005 : 0.009;
+      const double lift = p < 5 ? 0.005 : 0.009;
       std::array<Pose, 3> at;
       for (Pose& X : at) {
         X = random.MakePose(0.6, 0.002);
