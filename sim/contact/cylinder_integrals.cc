@@ -65,7 +65,7 @@ class CylinderSum {
     polygon.corner[3] = {low, r};
     region.moments = CalcConicMoments(polygon, Conic::Around(r * r, 1.0, 0.0));
     if (!(region.moments.area() > 0.0)) return;
-    region.field.e << -f.o.z(), -slope, 0.0, 0.0, 0.0, 0.0;
+    region.field.e << -f.o.z(), -slope, -f.m.z(), 0.0, 0.0, 0.0;  // m is level up to rounding, or e is all but even
     region.field.gradient << -Vector3d::UnitZ(), Vector3d::Zero(), Vector3d::Zero();
     region.field.linear = true;
     AddRegion(region, patch_);

@@ -122,6 +122,22 @@ TEST(CylinderIntegralsTest, MovesAsDifferencesSay) {
   EXPECT_GE(compared, 40);
 }
 
+// Moments of a standing cylinder are linear in the least tilts, where no direction across it is more level than others.
+TEST(CylinderIntegralsTest, UprightIsNothingSpecial) {
+  const double r = 0.007;
+  const Vector3d about(0.6, 0.8, 0.0);
+  const auto calc = [&](double tilt) {
+    const Eigen::Matrix3d R = Eigen::AngleAxisd(tilt, about).toRotationMatrix();
+    return Calc({Vector3d(0.0, 0.0, 0.002 - 2e-6), R * Vector3d::UnitZ(), 0.002, r});
+  };
+  // A disc's second moment times the slope of the depth, and the weight's lever over the tilting centre.
+  const double slope = kPi * std::pow(r, 4) / 4.0 + kPi * r * r * 2e-6 * 0.002;
+  for (const double tilt : {1e-14, 3e-13, 2e-12, 1e-10, 1e-8, 1e-6}) {
+    const Vector3d M = calc(tilt).M;
+    EXPECT_LE((M + slope * tilt * about).norm(), 2e-3 * slope * tilt + 1e-24) << tilt;
+  }
+}
+
 TEST(CylinderIntegralsTest, AboveThePlaneNothingActs) {
   EXPECT_FALSE(Calc({Vector3d(0.0, 0.0, 0.0101), Vector3d::UnitX(), 0.02, 0.01}).active());
   EXPECT_TRUE(Calc({Vector3d(0.0, 0.0, 0.0099), Vector3d::UnitX(), 0.02, 0.01}).active());
