@@ -46,16 +46,17 @@
     const [first, last] = [Math.floor(Math.log10(low) + 1e-9), Math.ceil(Math.log10(high) - 1e-9)];
     const span = Math.max(1, last - first);
     const every = Math.ceil(span / 5);
+    const plain = first >= -2 && first + span <= 3;
     const ticks = [];
     for (let decade = first; decade <= first + span; decade += every) {
-      ticks.push({ value: 10 ** decade, text: decadeText(decade) });
+      ticks.push({ value: 10 ** decade, text: decadeText(decade, plain) });
     }
     const at = (value) => (value > 0 ? from + ((Math.log10(value) - first) / span) * (to - from) : NaN);
     return { at, ticks, low: 10 ** first, high: 10 ** (first + span), logarithmic: true };
   }
 
-  function decadeText(decade) {
-    if (decade >= -2 && decade <= 3) return knap.quantities.count(10 ** decade, Math.max(0, -decade));
+  function decadeText(decade, plain) {
+    if (plain) return knap.quantities.count(10 ** decade, Math.max(0, -decade));
     return knap.quantities.powerOfTen(decade);
   }
 

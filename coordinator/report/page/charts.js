@@ -31,10 +31,11 @@
         svg("text", { x: left - 6, y: y + 4, "text-anchor": "end" }, text));
     }
     for (const { value, text } of xAxis.ticks) {
-      group.append(svg("line", { x1: xAxis.at(value), x2: xAxis.at(value), y1: bottom, y2: bottom + 4, class: "tick" }),
-        svg("text", { x: xAxis.at(value), y: bottom + 16, "text-anchor": "middle" }, text));
+      const x = xAxis.at(value);
+      group.append(svg("line", { x1: x, x2: x, y1: bottom, y2: bottom + 4, class: "tick" }),
+        svg("text", { x, y: bottom + 16, "text-anchor": "middle" }, text));
     }
-    group.append(svg("text", { x: (left + right) / 2, y: height - 3, "text-anchor": "middle", class: "label" }, xLabel));
+    group.append(svg("text", { x: (left + right) / 2, y: height - 3, "text-anchor": "middle" }, xLabel));
     return group;
   }
 

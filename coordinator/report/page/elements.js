@@ -54,23 +54,31 @@
     return button;
   }
 
-  // A table whose cells are texts or elements; columns named in `numeric` are set to the right.
+  // A table, which scrolls by itself where it is too wide or long. Cells are texts or elements; the columns of which
+  // `numeric` has the numbers are set to the right.
   function table(caption, heads, rows, numeric = []) {
     const kind = (index) => ({ class: numeric.includes(index) ? "number" : null });
-    return html("table", null,
+    const filled = html("table", null,
       html("caption", null, caption),
       html("thead", null, html("tr", null, ...heads.map((head, i) => html("th", { scope: "col", ...kind(i) }, head)))),
       html("tbody", null, ...rows.map((row) => html("tr", null, ...row.map((cell, i) => html("td", kind(i), cell))))));
+    return html("div", { class: "table", tabindex: 0, role: "region", "aria-label": caption }, filled);
   }
 
-  // Calls draw(width) now and whenever the node's width changes.
+  // Calls changed() at the frame after the node's size has changed, and at the first: what changes sizes again while
+  // sizes are being told makes the browser complain of a loop.
+  function onSize(node, changed) {
+    new ResizeObserver(() => requestAnimationFrame(changed)).observe(node);
+  }
+
+  // Calls draw(width) once the node has a width, and whenever that changes.
   function onWidth(node, draw) {
     let drawn = 0;
-    new ResizeObserver(() => {
+    onSize(node, () => {
       const width = Math.floor(node.clientWidth);
       if (width > 0 && width !== drawn) draw(drawn = width);
-    }).observe(node);
+    });
   }
 
-  knap.elements = { html, svg, copyButton, table, onWidth };
+  knap.elements = { html, svg, copyButton, table, onSize, onWidth };
 })(window.knap = window.knap || {});

@@ -57,7 +57,7 @@
     return html("div", { class: "learning" },
       html("p", { class: "hint" }, "A dot is a step that the optimizer accepted; upright lines part the batches, " +
         "each of which has variations of its own, so that losses jump there."),
-      ...charts(evaluations, data.loss_unit ?? "", data.has_success === true),
+      html("div", { class: "charts" }, ...charts(evaluations, data.loss_unit ?? "", data.has_success === true)),
       batches?.length ? batchTable(batches, data.loss_unit ?? "") : null);
   }
 

@@ -32,12 +32,15 @@
       const replay = variations.replays.get(row).learned ?? variations.replays.get(row).initial;
       return html("code", { title: replay.id }, (replay.id ?? "").slice(0, 12));
     };
-    const rows = variations.worstFirst().map((row) => [
-      html("button", { type: "button", class: "choose", "data-row": row, onclick: () => choose(row) }, `variation ${row}`),
-      verdict("initial", row), verdict("learned", row), idOf(row)]);
-    const list = table("Recorded variations, the learned tool's worst first",
-      ["", "loss, initial", "loss, learned", "id"], rows, [1, 2]);
-    return html("div", { class: "recordings", tabindex: 0, role: "region", "aria-label": "Recorded variations" }, list);
+    const keys = variations.keys.slice(0, 4);
+    const chooser = (row) => html("button",
+      { type: "button", class: "choose", "data-row": row, onclick: () => choose(row) }, `variation ${row}`);
+    const rows = variations.worstFirst().map((row) => [chooser(row), verdict("initial", row), verdict("learned", row),
+      ...keys.map((_, k) => variations.keyText(row, k)), idOf(row)]);
+    const names = keys.map(({ key }) => knap.Variations.shortName(key));
+    const heads = ["", "loss, initial", "loss, learned", ...names, "id"];
+    return table("Recorded variations, the learned tool's worst first", heads, rows,
+      [1, 2, ...keys.map((_, k) => 3 + k)]);
   }
 
   function markChosen(row) {

@@ -53,7 +53,7 @@
 
   function percent(share) {
     const value = share * 100;
-    return `${Number(value.toFixed(value > 0 && value < 10 ? 1 : 0))}\u00a0%`;
+    return `${Number(value.toFixed(value > 0 && value < 10 ? 1 : 0))}%`;
   }
 
   function duration(seconds) {

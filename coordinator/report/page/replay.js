@@ -37,8 +37,8 @@
     }
 
     makeControls() {
-      this.button = html("button", { type: "button", class: "play", "aria-label": "Play", "aria-keyshortcuts": "Space",
-        onclick: () => this.playback.toggle() }, "▶");
+      this.button = html("button", { type: "button", class: "play", "aria-label": "Play",
+        "aria-keyshortcuts": "Space", onclick: () => this.playback.toggle() }, "▶");
       this.slider = html("input", { type: "range", class: "scrub", min: 0, max: 1, step: "any", value: 0,
         "aria-label": "Time of the replay", oninput: () => this.scrub(Number(this.slider.value)) });
       this.slider.addEventListener("keydown", (event) => this.handleKey(event));
@@ -53,7 +53,8 @@
     }
 
     makeToggle(name, label) {
-      const box = html("input", { type: "checkbox", checked: true, "aria-label": label, onchange: () => this.redraw() });
+      const box = html("input",
+        { type: "checkbox", checked: true, "aria-label": label, onchange: () => this.redraw() });
       return { box, node: html("label", { title: label }, box, ` ${name}`) };
     }
 
@@ -109,7 +110,7 @@
       const success = this.variations.success(design, this.row);
       const verdict = success === null ? null :
         html("span", { class: success ? "success" : "failure" }, success ? "✓ success" : "✗ failure");
-      return [html("span", null, `loss ${this.variations.lossText(design, this.row)}`), verdict].filter(Boolean);
+      return [html("span", null, this.variations.lossPhrase(design, this.row)), verdict].filter(Boolean);
     }
 
     // One scale for both views: the usual greatest force is as long as a third of the scene's half width.
@@ -203,7 +204,8 @@
     }
 
     namesOf(list) {
-      return [...new Set(Object.values(this.recordings).flatMap((recording) => recording[list].map((one) => one.name)))];
+      const all = Object.values(this.recordings).flatMap((recording) => recording[list]);
+      return [...new Set(all.map((one) => one.name))];
     }
 
     // A chart a contact; with many contacts, as a rope's links have, one chart of all together.

@@ -50,7 +50,8 @@
   function stepsOf(theta, learning) {
     const steps = [{ name: "initial", theta: theta.initial }];
     for (const batch of learning?.batches ?? []) {
-      if (batch.theta?.length === theta.initial.length) steps.push({ name: `batch ${batch.batch}`, theta: batch.theta });
+      const whole = batch.theta?.length === theta.initial.length;
+      if (whole) steps.push({ name: `batch ${batch.batch}`, theta: batch.theta });
     }
     const last = steps[steps.length - 1];
     if (last.theta.every((value, k) => value === theta.learned[k]) && steps.length > 1) last.name += ", learned";
@@ -97,9 +98,10 @@
       const value = html("output", { class: "value" });
       const marks = html("span", { class: "marks", "aria-hidden": "true" });
       for (const design of knap.designs) {
-        const mark = html("span", { class: `mark ${design}`, title: `${design} ${quantity(this.theta[design][k], unit)}` });
+        const own = this.theta[design][k];
+        const mark = html("span", { class: `mark ${design}`, title: `${design} ${quantity(own, unit)}` });
         // The middle of a slider's thumb stays half its width inside the ends.
-        const share = upper > lower ? (this.theta[design][k] - lower) / (upper - lower) : 0;
+        const share = upper > lower ? (own - lower) / (upper - lower) : 0;
         mark.style.left = `calc(7px + ${share} * (100% - 14px))`;
         marks.append(mark);
       }
@@ -122,10 +124,10 @@
 
     noteFor(step) {
       const marks = "○ initial, ● learned. ";
-      if (this.mayTry) return `${marks}Move a parameter's slider to try a shape; the upper slider goes back to the batches.`;
       const between = step > 0 && step < this.steps.length - 1;
-      if (this.meshes.length && between) return `${marks}Between its ends this file holds the parameters alone: the shape is the initial one.`;
-      return marks;
+      if (this.mayTry) return `${marks}Move a parameter to try a shape; the upper slider goes back to the batches.`;
+      if (!this.meshes.length || !between) return marks;
+      return `${marks}For the batches this file holds the parameters alone; the shape drawn is the initial one.`;
     }
 
     tryValues() {

@@ -18,7 +18,7 @@
       this.selected = null;
       this.axes = [
         ...variations.keys.map((key, k) => ({
-          name: knap.Variations.shortName(key.key), unit: key.unit, range: [key.lower, key.upper],
+          name: knap.Variations.shortName(key.key), unit: key.unit, range: this.rangeOfKey(key, k),
           value: (design, row) => variations.values[row]?.[k],
         })),
         { name: "loss", unit: variations.lossUnit, value: (design, row) => variations.loss(design, row) },
@@ -34,10 +34,16 @@
       this.drawLegend();
     }
 
+    // Values may lie outside the bounds that a distribution without ends was given.
+    rangeOfKey({ lower, upper }, k) {
+      return knap.axes.rangeOf([lower, upper, ...this.variations.values.map((row) => row[k])]) ?? [0, 1];
+    }
+
     makeMap(design) {
       const plot = html("div", { class: "plot" });
       plot.addEventListener("keydown", (event) => this.handleKey(event, design));
-      return { plot, node: html("figure", { class: design }, html("figcaption", null, titles[design]), plot), dots: [] };
+      const node = html("figure", { class: design }, html("figcaption", null, titles[design]), plot);
+      return { plot, node, dots: [] };
     }
 
     makeControls() {
@@ -45,7 +51,7 @@
         const select = html("select", { onchange: () => {
           this.chosen[place] = Number(select.value);
           this.drawAll();
-        } }, ...this.axes.map((axis, i) => html("option", { value: i, selected: i === this.chosen[place] }, axis.name)));
+        } }, ...this.axes.map(({ name }, i) => html("option", { value: i, selected: i === this.chosen[place] }, name)));
         return html("label", null, `${label} `, select);
       };
       const colour = html("select", { class: "colour-choice", onchange: () => {
@@ -69,7 +75,7 @@
       const range = knap.axes.rangeOf(values) ?? [0, 1];
       const scale = scaleFor(Math.max(...range.map(Math.abs)), axis.unit);
       const scaled = values.map((value) => (value === null || value === undefined ? null : value / scale.factor));
-      const drawn = axis.range ? knap.axes.linear(scaled, pixels, { tight: true }) :
+      const drawn = axis.range ? knap.axes.linear(scaled, pixels, { tight: true, wanted: 6 }) :
         knap.axes.fitting(scaled, pixels, true) ?? knap.axes.linear([0, 1], pixels);
       const label = scale.unit ? `${axis.name} [${scale.unit}]` : axis.name;
       return { drawn, label, at: (design, row) => this.place(drawn, axis.value(design, row), scale.factor) };
@@ -94,8 +100,8 @@
       const height = Math.round(Math.min(360, Math.max(220, 0.72 * width)));
       const across = this.axisOf(0, [margin.left, width - margin.right]);
       const up = this.axisOf(1, [height - margin.bottom, margin.top]);
-      const drawing = svg("svg", { width, height, role: "group",
-        "aria-label": `${titles[design]}: ${this.variations.count} test variations. Arrow keys move, Enter shows one.` });
+      const label = `${titles[design]}: ${this.variations.count} test variations. Arrow keys move, Enter shows one.`;
+      const drawing = svg("svg", { width, height, role: "group", "aria-label": label });
       drawing.append(this.drawAxes(across, up, width, height));
       map.dots = [];
       for (let row = 0; row < this.variations.count; ++row) {
@@ -152,7 +158,7 @@
     describe(design, row) {
       const { variations } = this;
       const success = variations.success(design, row);
-      const words = [`variation ${row}`, `loss ${variations.lossText(design, row)}`];
+      const words = [`variation ${row}`, variations.lossPhrase(design, row)];
       if (success !== null) words.push(success ? "success" : "failure");
       if (variations.distrust(design, row)) words.push("not trusted");
       if (variations.embedded(row)) words.push("recorded");
@@ -189,7 +195,8 @@
 
     lossKey() {
       const scale = this.lossScale();
-      const ends = scale ? [scale.low, scale.high].map((loss) => quantity(loss, this.variations.lossUnit, 2)) : ["", ""];
+      const text = (loss) => quantity(loss, this.variations.lossUnit, 2);
+      const ends = scale ? [text(scale.low), text(scale.high)] : ["", ""];
       return html("span", { class: "key" }, `loss ${ends[0]} `, html("span", { class: "ramp", "aria-hidden": "true" },
         ...lossColours.map((colour) => {
           const cell = html("span");
@@ -231,8 +238,8 @@
         this.pick(design, current.row);
       } else if (direction) {
         const along = (dot) => (dot.x - current.x) * direction[0] + (dot.y - current.y) * direction[1];
-        const across = (dot) => Math.abs((dot.x - current.x) * direction[1]) + Math.abs((dot.y - current.y) * direction[0]);
-        const cost = (dot) => along(dot) + 2 * across(dot);
+        const aside = (dot) => Math.abs((dot.x - current.x) * direction[1] - (dot.y - current.y) * direction[0]);
+        const cost = (dot) => along(dot) + 2 * aside(dot);
         const ahead = dots.filter((dot) => along(dot) > 0.5).sort((a, b) => cost(a) - cost(b))[0];
         ahead?.node.focus();
       } else {
@@ -244,18 +251,18 @@
 
     showDetails(row, command) {
       const { variations } = this;
-      const keys = variations.keys.map((key, k) =>
-        `${knap.Variations.shortName(key.key)} = ${quantity(variations.values[row]?.[k] ?? null, key.unit)}`);
+      const keys = variations.keys.map(({ key }, k) =>
+        `${knap.Variations.shortName(key)} = ${variations.keyText(row, k)}`);
       const outcome = knap.designs.map((design) => {
         const success = variations.success(design, row);
-        return `${design}: loss ${variations.lossText(design, row)}` +
+        return `${design}: ${variations.lossPhrase(design, row)}` +
           (success === null ? "" : success ? ", success" : ", failure") +
           (variations.distrust(design, row) ? ` (not trusted: ${variations.distrust(design, row)})` : "");
       });
       const code = command ? html("code", null, command) : null;
       this.details.replaceChildren(
         html("strong", null, `Variation ${row}`),
-        html("span", null, variations.embedded(row) ? " plays in the replay above. " : " is not recorded in this file. "),
+        html("span", null, variations.embedded(row) ? " plays above. " : " is not recorded in this file. "),
         html("span", null, [...keys, ...outcome].join("; ") + ". "),
         ...(code ? [html("span", null, "To compute it again: "), code, " ",
           knap.elements.copyButton(code, "Copy the command")] : []));

@@ -56,12 +56,13 @@
     return knap.designs.flatMap((design) => {
       const summary = data.test?.[design];
       if (!summary) return [];
-      const reasons = Object.entries(summary.distrust ?? {}).map(([reason, n]) => `${reason} (${count(n)})`);
-      const troubles = [[summary.untrusted, "not trusted"], [summary.not_converged, "did not converge"],
-        [summary.not_finite, "left the finite numbers"]].filter(([n]) => n > 0).map(([n, what]) => `${count(n)} ${what}`);
+      const troubles = [["untrusted", "not trusted"], ["not_converged", "not converged"], ["not_finite", "not finite"]]
+        .filter(([field]) => summary[field] > 0)
+        .map(([field, what]) => `${count(summary[field])} ${what}`);
       if (!troubles.length) return [];
+      const reasons = Object.entries(summary.distrust ?? {}).map(([reason, n]) => `${reason} (${count(n)})`);
       const why = reasons.length ? `: ${reasons.join(", ")}` : "";
-      return [`Of the ${design} tool's ${count(data.test.variations)} test rollouts ${troubles.join(", ")}${why}.`];
+      return [`Of the ${design} tool's ${count(data.test.variations)} test rollouts: ${troubles.join(", ")}${why}.`];
     });
   }
 
@@ -77,11 +78,12 @@
     const { run = {}, knap: build = {} } = data;
     const measure = measureOf(data);
     const rollouts = run.rollouts?.total !== undefined ? ` from ${counted(run.rollouts.total, "rollout")}` : "";
+    const started = run.started?.replace("T", " ").replace("Z", " UTC");
     const facts = [
-      data.test?.variations !== undefined && `${counted(data.test.variations, "test variation")} of seed ${data.test.seed}`,
+      data.test && `${counted(data.test.variations, "test variation")} of seed ${data.test.seed}`,
       run.method && `method ${run.method}, seed ${run.seed}`,
       run.wall_s !== undefined && `learned in ${duration(run.wall_s)}${rollouts}`,
-      run.started && `started ${run.started.replace("T", " ").replace("Z", " UTC")}${run.host ? ` on ${run.host}` : ""}`,
+      started && `started ${started}${run.host ? ` on ${run.host}` : ""}`,
       build.version && `knap ${build.version}${build.build ? ` (${build.build})` : ""}`,
     ].filter(Boolean);
     return html("div", { class: "summary" }, headline(measure), intervalDrawing(measure), trust(data),
@@ -90,40 +92,43 @@
 
   // Rows of the test's summary beyond the headline, for both designs.
   function testTable(data) {
-    const unit = data.loss_unit ?? "";
+    const designs = knap.designs.filter((design) => data.test?.[design]);
+    if (!designs.length) return null;
+    const loss = (value) => quantity(value, data.loss_unit ?? "");
     const interval = (values, text) => (values ? ` (${values.map(text).join(" to ")})` : "");
-    const loss = (value) => quantity(value, unit);
+    const success = ({ success_rate: rate, success_rate_95: ends }) => percent(rate) + interval(ends, percent);
     const rows = [
       ["mean loss (95% interval)", (s) => loss(s.loss_mean) + interval(s.loss_mean_95, loss)],
       ["standard deviation of the loss", (s) => loss(s.loss_std)],
       ["mean of the worst tenth", (s) => loss(s.worst_decile_loss)],
-      ["success (95% interval)", (s) => (s.success_rate === null || s.success_rate === undefined ? "none defined" :
-        percent(s.success_rate) + interval(s.success_rate_95, percent))],
+      data.has_success && ["success (95% interval)", (s) => (Number.isFinite(s.success_rate) ? success(s) : "none")],
       ["not converged", (s) => count(s.not_converged ?? 0)],
       ["not finite", (s) => count(s.not_finite ?? 0)],
       ["not trusted", (s) => count(s.untrusted ?? 0)],
-    ];
-    const designs = knap.designs.filter((design) => data.test?.[design]);
-    if (!designs.length) return null;
-    return knap.elements.table(`The test: ${counted(data.test.variations, "variation")} that learning never saw`,
-      ["", ...designs], rows.map(([name, text]) => [name, ...designs.map((design) => text(data.test[design]))]), [1, 2]);
+    ].filter(Boolean);
+    const cells = rows.map(([name, text]) => [name, ...designs.map((design) => text(data.test[design]))]);
+    const caption = `The test: ${counted(data.test.variations, "variation")} that learning never saw`;
+    return knap.elements.table(caption, ["", ...designs], cells, [1, 2]);
   }
 
-  // The share of a body's half width that the deepest contact used up is what makes a contact doubtful.
+  // "3 of 20 rollouts were flagged", "None of 20 rollouts was flagged".
+  function share(part, whole, noun, what) {
+    const verb = part > 1 ? "were" : "was";
+    return `${part ? count(part) : "None"} of ${counted(whole, noun)} ${verb} ${what}`;
+  }
+
   function certificates(data) {
     const own = data.certificates;
-    if (!own) return null;
-    const of = (part, whole, noun, what) => (part ? `${count(part)} of ${counted(whole, noun)} ${what}` :
-      `None of ${counted(whole, noun)} ${what}`);
+    if (!own) return testTable(data);
+    const known = (value) => value !== undefined && value !== null;
+    const flagged = share(own.gradients_flagged, own.gradients, "gradient", "flagged");
+    const untrusted = share(own.untrusted, own.rollouts, "rollout", "not to be trusted");
     const sentences = [
-      own.gradients !== undefined && `${of(own.gradients_flagged, own.gradients, "gradient", "was flagged")}: a flag says ` +
-        "that a rollout passed a switch so closely that its gradient may not hold.",
-      own.rollouts !== undefined && `${of(own.untrusted, own.rollouts, "rollout", "was not to be trusted")}; what is not ` +
-        "trusted takes no part in the learning.",
-      own.deepest !== undefined && own.deepest !== null && `The deepest contact used up ${percent(own.deepest)} of the ` +
-        "depth that its bodies have.",
-      own.largest_force !== undefined && own.largest_force !== null && `The largest contact force was ` +
-        `${quantity(own.largest_force, "N")}.`,
+      known(own.gradients) && `${flagged}: a flag says that a rollout passed a switch so closely that its gradient ` +
+        "may not hold.",
+      known(own.rollouts) && `${untrusted}; what is not trusted takes no part in the learning.`,
+      known(own.deepest) && `The deepest contact used up ${percent(own.deepest)} of the depth that its bodies have.`,
+      known(own.largest_force) && `The largest contact force was ${quantity(own.largest_force, "N")}.`,
     ].filter(Boolean);
     return html("div", { class: "certificates" },
       html("ul", null, ...sentences.map((sentence) => html("li", null, sentence))), testTable(data));
@@ -135,10 +140,9 @@
       const code = html("code", null, command);
       return html("li", null, html("pre", null, code), copyButton(code, `Copy: ${command}`));
     });
-    const { run = {} } = data;
-    return html("div", { class: "repeat" }, html("ol", null, ...items),
-      html("p", { class: "hint" }, [run.name && `Run ${run.name}`, run.config_hash && `configuration ${run.config_hash}`]
-        .filter(Boolean).join(", ")));
+    const { name, config_hash: hash } = data.run ?? {};
+    const origin = [name && `Run ${name}`, hash && `configuration ${hash}`].filter(Boolean).join(", ");
+    return html("div", { class: "repeat" }, html("ol", null, ...items), html("p", { class: "hint" }, origin));
   }
 
   knap.summary = { make, certificates, repeat };

@@ -11,7 +11,8 @@
       this.workers = workers;
       this.rollouts = { worker: [], kind: [], end_s: [], duration_s: [], attempt: [], ...rollouts };
       this.events = events;
-      this.end = Math.max(1e-3, ...knap.axes.rangeOf([...this.rollouts.end_s, ...events.map((one) => one.time_s)]) ?? []);
+      const times = [0, ...this.rollouts.end_s, ...events.map((one) => one.time_s)];
+      this.end = Math.max(1e-3, knap.axes.rangeOf(times)[1]);
       this.kinds = [...new Set(this.rollouts.kind)].sort();
       this.readout = html("p", { class: "readout" });
       this.plot = html("div", { class: "plot", role: "img", "aria-label": this.summary() });
@@ -26,15 +27,16 @@
 
     summary() {
       const lost = this.events.filter((one) => one.event === "worker_lost").length;
-      return `${counted(this.workers.length, "worker")} computed ${counted(this.rollouts.worker.length, "rollout")} in ` +
-        `${duration(this.end)}; ${this.retries() ? `${count(this.retries())} of them sent again` : "none was sent again"}` +
-        `, ${lost ? `${counted(lost, "worker")} lost` : "no worker lost"}.`;
+      const again = this.retries() ? `${count(this.retries())} of them sent again` : "none was sent again";
+      const done = [counted(this.workers.length, "worker"), counted(this.rollouts.end_s.length, "rollout")];
+      const losses = lost ? `${counted(lost, "worker")} lost` : "no worker lost";
+      return `${done.join(" computed ")} in ${duration(this.end)}; ${again}, ${losses}.`;
     }
 
     legend() {
       const key = (style, text) => html("span", { class: "key" },
-        svg("svg", { width: 18, height: 10, "aria-hidden": "true" }, svg("rect", { class: style, width: 18, height: 10 })),
-        text);
+        svg("svg", { width: 18, height: 10, "aria-hidden": "true" },
+          svg("rect", { class: style, width: 18, height: 10 })), text);
       return html("p", { class: "legend" }, ...this.kinds.map((kind, i) => key(`kind-${i % 4}`, kind)),
         this.retries() ? key("retry", "sent again") : null, this.events.length ? key("event", "event") : null);
     }
@@ -61,7 +63,8 @@
           height: 0.8 * lane });
         if (i % every) return [rect];
         const name = worker.length > 16 ? `${worker.slice(0, 15)}…` : worker;
-        return [rect, svg("text", { x: margin.left - 6, y: y + 0.5 * Math.max(lane, 8) + 4, "text-anchor": "end" }, name)];
+        const middle = y + 0.5 * Math.max(lane, 8) + 4;
+        return [rect, svg("text", { x: margin.left - 6, y: middle, "text-anchor": "end" }, name)];
       }));
     }
 
@@ -125,9 +128,10 @@
         lanes[row].busy += durations[i];
         lanes[row].again += attempt[i] > 1 ? 1 : 0;
       });
+      const rows = lanes.map((one) =>
+        [one.name, count(one.rollouts), percent(one.busy / this.end), count(one.again)]);
       return html("details", null, html("summary", null, "The workers as a table"),
-        table("What each worker computed", ["worker", "rollouts", "busy", "sent to it again"],
-          lanes.map((one) => [one.name, count(one.rollouts), percent(one.busy / this.end), count(one.again)]), [1, 2, 3]));
+        table("What each worker computed", ["worker", "rollouts", "busy", "sent again"], rows, [1, 2, 3]));
     }
   }
 

@@ -62,9 +62,19 @@
       return loss === undefined ? "not tested" : knap.quantities.quantity(loss, this.lossUnit);
     }
 
+    // The same as part of a sentence: "loss 3 mm²", "failed".
+    lossPhrase(design, row) {
+      const known = Number.isFinite(this.loss(design, row) ?? NaN);
+      return `${known ? "loss " : ""}${this.lossText(design, row)}`;
+    }
+
+    keyText(row, k) {
+      return knap.quantities.quantity(this.values[row]?.[k] ?? null, this.keys[k].unit);
+    }
+
     // A short name of a key: "pea position[0]" of "bodies.pea.initial.position[0]".
     static shortName(key) {
-      return key.replace(/^(bodies|grips|contacts|policy|rollout)\./, "").replace(/\.initial\./, " ").replaceAll(".", " ");
+      return key.replace(/^(bodies|grips|policy|rollout)\./, "").replace(".initial.", " ").replaceAll(".", " ");
     }
   }
 

@@ -33,7 +33,7 @@
       this.camera = camera;
       this.picture = picture;
       this.asked = false;
-      new ResizeObserver(() => this.resize()).observe(this.canvas);
+      knap.elements.onSize(this.canvas, () => this.resize());
     }
 
     get aspect() {

@@ -206,7 +206,8 @@
       const ink = colours[colour];
       // Filled faces step back a little, so that their edges are not half buried in them.
       gl.enable(gl.POLYGON_OFFSET_FILL);
-      gl.polygonOffset(1, 1);
+      // Clear ones more so: faces that they share with a body inside or outside are the body's.
+      gl.polygonOffset(alpha === 1 ? 1 : 3, alpha === 1 ? 1 : 3);
       this.use(this.solid, { viewProjection, pose, colour: ink, alpha, eye, up: camera.up, light });
       this.attribute(0, surface.positions, transient);
       this.attribute(1, surface.normals, transient);
