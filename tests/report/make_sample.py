@@ -69,7 +69,8 @@ def summary(losses, successes, distrust):
 
 # --- Pushing -------------------------------------------------------------------------------------------------------
 
-PARAMETERS = ["middle_width", "left_wing_width", "right_wing_width", "left_depth", "right_depth", "left_bow", "right_bow"]
+PARAMETERS = ["middle_width", "left_wing_width", "right_wing_width", "left_depth", "right_depth", "left_bow",
+              "right_bow"]
 LOWER = [0.030, 0.020, 0.020, -0.015, -0.015, -0.005, -0.005]
 UPPER = [0.050, 0.032, 0.032, 0.040, 0.040, 0.005, 0.005]
 INITIAL = [0.044, 0.030, 0.030, 0.0, 0.0, 0.0, 0.0]
@@ -197,10 +198,11 @@ def pushing(seed):
 
 def push_replay(source, name, row, outcome, results):
     times, poses, force, at, offset, _ = outcome
+    reason = results["distrust"][row]
     return {
         "design": name, "variation": row, "id": digest(source), "loss": results["loss"][row],
-        "success": bool(results["success"][row]), "distrust": [results["distrust"][row]] if results["distrust"][row] else [],
-        "doubts": [], "times": pack(times), "poses": pack(poses),
+        "success": bool(results["success"][row]), "distrust": [reason] if reason else [], "doubts": [],
+        "times": pack(times), "poses": pack(poses),
         "forces": [{"between": ["pea", "pusher"], "force": pack(force), "at": pack(at)}],
         "signals": [{"name": "pea across the opening", "unit": "m", "values": pack(offset)}],
     }
@@ -238,10 +240,11 @@ def rope_replay(source, name, row, reach, loss):
             force += [0.02 * point[0] / 0.02, 0.0, 0.02 * (point[2] - 0.2) / 0.02] if touching else [0.0] * 3
             at += point if touching else [math.nan] * 3
         forces.append({"between": [f"link_{link}", "rod"], "force": pack(force), "at": pack(at)})
+    tension = [0.3 + 0.1 * math.sin(t) for t in times]
     return {"design": name, "variation": row, "id": digest(source), "loss": loss, "success": None, "distrust": [],
             "doubts": ["link_3 passed a switch of the friction law within 1e-9 m/s"] if row == 2 else [],
             "times": pack(times), "poses": pack(poses), "forces": forces,
-            "signals": [{"name": "tension at the grip", "unit": "N", "values": pack([0.3 + 0.1 * math.sin(t) for t in times])},
+            "signals": [{"name": "tension at the grip", "unit": "N", "values": pack(tension)},
                         {"name": "turns", "unit": "", "values": pack([reach * min(1, t / 4) for t in times])}]}
 
 
@@ -251,7 +254,8 @@ def rod_vertices(flare, stations=16, around=20):
         y = 0.12 * i / stations - 0.06
         radius = 0.018 + flare * (y / 0.06) ** 2
         for k in range(around):
-            vertices += [radius * math.cos(2 * math.pi * k / around), y, 0.2 + radius * math.sin(2 * math.pi * k / around)]
+            angle = 2 * math.pi * k / around
+            vertices += [radius * math.cos(angle), y, 0.2 + radius * math.sin(angle)]
     return vertices + [0.0, -0.06, 0.2, 0.0, 0.06, 0.2]
 
 

@@ -57,6 +57,10 @@
       return { eye, near, viewProjection: knap.matrices.multiply(projection, view), backward: this.backward() };
     }
 
+    shift(offset) {
+      this.target = add(this.target, offset);
+    }
+
     orbit(dx, dy) {
       this.turn(this.yaw - dx, this.pitch + dy);
     }
@@ -66,7 +70,7 @@
       const backward = this.backward();
       const right = unit(cross(this.up, backward));
       const reach = 2 * slope * this.distance;
-      this.target = add(this.target, add(scale(right, -dx * reach), scale(cross(backward, right), dy * reach)));
+      this.shift(add(scale(right, -dx * reach), scale(cross(backward, right), dy * reach)));
     }
 
     zoom(factor) {

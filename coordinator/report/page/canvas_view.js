@@ -51,7 +51,7 @@
         if (corners.includes(null)) continue;
         const n = unit(transformDirection(pose, [0, 1, 2].map((k) => normals[i + k] + normals[i + 3 + k] +
           normals[i + 6 + k])));
-        const shade = 0.30 + 0.10 * (1 + dot(n, camera.up)) + 0.40 * Math.max(0, dot(n, this.light)) +
+        const shade = 0.34 + 0.09 * (1 + dot(n, camera.up)) + 0.40 * Math.max(0, dot(n, this.light)) +
           0.18 * Math.abs(dot(n, toEye));
         const depth = corners[0][2] + corners[1][2] + corners[2][2];
         projected.push({ corners, depth, style: css(colours[colour].map((c) => c * shade), alpha), alpha });

@@ -60,7 +60,8 @@
   }
 
   function fillReplays(data, variations, scene) {
-    const replay = variations.replays.size ? new knap.Replay(data, variations, scene) : null;
+    const recorded = variations.replays.size > 0;
+    const replay = recorded ? new knap.Replay(variations, scene, recordingList(variations, choose)) : null;
     const map = variations.count > 0 ? new knap.SuccessMap(variations, choose) : null;
     function choose(row) {
       const command = commandFor(data, row);
@@ -68,7 +69,7 @@
       map?.select(row, command);
       markChosen(row);
     }
-    fillSection("replay", replay && html("div", null, replay.node, recordingList(variations, choose)));
+    fillSection("replay", replay?.node);
     fillSection("map", map?.node);
     const first = variations.worstFirst()[0] ?? (map ? 0 : undefined);
     if (first !== undefined) choose(first);

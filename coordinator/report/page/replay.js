@@ -8,8 +8,9 @@
   const speeds = [0.1, 0.25, 0.5, 1, 2, 4];
 
   class Replay {
-    constructor(data, variations, scene) {
-      Object.assign(this, { data, variations, scene });
+    // `list` is set below the views: the choice of recordings.
+    constructor(variations, scene, list) {
+      Object.assign(this, { variations, scene });
       this.camera = new knap.Camera(scene.up);
       this.recordings = {};
       this.charts = [];
@@ -20,7 +21,7 @@
       this.node = html("div", { class: "replay" },
         html("div", { class: "stage" }, this.notice,
           html("div", { class: "panes" }, ...knap.designs.map((design) => this.panes[design].node)),
-          this.makeControls(), this.makeHint()),
+          this.makeControls(), this.makeHint(), list),
         this.plots);
     }
 
@@ -46,15 +47,16 @@
       const speed = html("select", { "aria-label": "Speed", onchange: () => {
         this.playback.speed = Number(speed.value);
       } }, ...speeds.map((value) => html("option", { value, selected: value === 1 }, `${value}×`)));
-      this.forces = this.makeToggle("forces", "Draw contact forces as arrows");
-      this.paths = this.makeToggle("paths", "Draw the paths of free bodies");
+      this.forces = this.makeToggle("forces", "Draw contact forces as arrows", true, () => this.redraw());
+      this.paths = this.makeToggle("paths", "Draw the paths of free bodies", true, () => this.redraw());
+      this.follow = this.makeToggle("follow", "Stay with the tool", false, () => this.frame());
+      this.follow.node.hidden = this.scene.leader() === null;
       return html("div", { class: "controls", role: "group", "aria-label": "Replay" },
-        this.button, this.slider, this.clock, speed, this.forces.node, this.paths.node);
+        this.button, this.slider, this.clock, speed, this.forces.node, this.paths.node, this.follow.node);
     }
 
-    makeToggle(name, label) {
-      const box = html("input",
-        { type: "checkbox", checked: true, "aria-label": label, onchange: () => this.redraw() });
+    makeToggle(name, label, checked, onchange) {
+      const box = html("input", { type: "checkbox", checked, "aria-label": label, onchange });
       return { box, node: html("label", { title: label }, box, ` ${name}`) };
     }
 
@@ -125,18 +127,21 @@
       const recordings = Object.values(this.recordings);
       if (!recordings.length) return;
       const { view } = this.panes.learned;
+      const moment = this.follow.box.checked ? this.playback.time : null;
+      this.led = null;
       this.camera.turn(-0.95, 0.6);
-      this.camera.fit(this.scene.frame(recordings), view.aspect || 4 / 3);
+      this.camera.fit(this.scene.frame(recordings, moment), view.aspect || 4 / 3);
       // Before the page has its width, views have none; the frame is then chosen again.
       view.onResize = () => this.framedAt !== view.aspect && this.frame();
       this.framedAt = view.aspect;
+      if (this.follow.box.checked) this.stayWithTool();
       this.metersPerNewton = this.usualForce > 0 ? (0.35 * this.camera.size) / this.usualForce : 0;
       this.scaleText.textContent = this.describeScale(view);
       this.redraw();
     }
 
     describeScale(view) {
-      const grid = this.scene.bodies.some((body) => body.plane) ? `Grid ${quantity(view.gridStep, "m")}. ` : "";
+      const grid = this.scene.bodies.some((body) => body.plane) ? `Grid ${quantity(view.gridStep, "m", 1)}. ` : "";
       const arrow = this.usualForce > 0 ?
         `An arrow of one grid step is ${quantity(view.gridStep / this.metersPerNewton, "N", 2)}.` : "";
       return grid + arrow;
@@ -160,7 +165,18 @@
       this.slider.setAttribute("aria-valuetext", `${number(time)} seconds`);
       this.clock.textContent = `${time.toFixed(2)} / ${this.playback.end.toFixed(2)} s`;
       for (const chart of this.charts) chart.setCursor(time);
+      if (this.follow.box.checked) this.stayWithTool();
       this.redraw();
+    }
+
+    // Moves the camera as the tool has moved since the last time: what the reader has turned and shifted stays so.
+    stayWithTool() {
+      const recording = this.recordings.learned ?? this.recordings.initial;
+      const pose = recording?.poseAt(this.playback.time, this.scene.leader());
+      if (!pose) return;
+      const place = [pose[12], pose[13], pose[14]];
+      if (this.led) this.camera.shift(knap.matrices.subtract(place, this.led));
+      this.led = place;
     }
 
     showPlaying(playing) {

@@ -71,17 +71,22 @@
       });
     }
 
-    // Corners of boxes around the bodies at moments of the recordings, without what was thrown far away.
-    frame(recordings) {
+    // The body to stay with: the first designed one that moves; null if none does.
+    leader() {
+      return this.bodies.find((body) => body.designed && body.mover !== null)?.mover ?? null;
+    }
+
+    // Corners of boxes around the bodies at one time, or if that is null at moments of the whole recordings. What was
+    // thrown far away is left out.
+    frame(recordings, time) {
       const points = [];
       const finite = this.bodies.filter((body) => body.shapes.length);
       for (const body of finite) {
         const corners = this.cornersOf(body);
         for (const recording of recordings) {
-          for (let moment = 0; moment < framedMoments; ++moment) {
-            const pose = this.poseOf(body, recording, (recording.end * moment) / (framedMoments - 1));
+          for (const moment of body.mover === null ? [0] : momentsOf(recording, time)) {
+            const pose = this.poseOf(body, recording, moment);
             if (pose) points.push(...corners.map((corner) => transformPoint(pose, corner)));
-            if (body.mover === null) break;
           }
         }
       }
@@ -93,6 +98,11 @@
         (body.designed ? ["initial", "learned"] : ["initial"]).map((design) => this.surface(shape, design, 4)));
       return cornersOfBox(boxAround(surfaces.filter(Boolean).map((surface) => surface.positions)));
     }
+  }
+
+  function momentsOf(recording, time) {
+    if (time !== null) return [time];
+    return Array.from({ length: framedMoments }, (_, i) => (recording.end * i) / (framedMoments - 1));
   }
 
   function boxAround(arrays) {

@@ -122,11 +122,11 @@
     if (!own) return testTable(data);
     const known = (value) => value !== undefined && value !== null;
     const flagged = share(own.gradients_flagged, own.gradients, "gradient", "flagged");
-    const untrusted = share(own.untrusted, own.rollouts, "rollout", "not to be trusted");
+    const untrusted = share(own.untrusted, own.rollouts, "rollout", "untrusted");
     const sentences = [
       known(own.gradients) && `${flagged}: a flag says that a rollout passed a switch so closely that its gradient ` +
         "may not hold.",
-      known(own.rollouts) && `${untrusted}; what is not trusted takes no part in the learning.`,
+      known(own.rollouts) && `${untrusted}; what is untrusted takes no part in the learning.`,
       known(own.deepest) && `The deepest contact used up ${percent(own.deepest)} of the depth that its bodies have.`,
       known(own.largest_force) && `The largest contact force was ${quantity(own.largest_force, "N")}.`,
     ].filter(Boolean);

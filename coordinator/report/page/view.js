@@ -3,8 +3,8 @@
   "use strict";
   const { add, scale, subtract, dot, unit } = knap.matrices;
 
-  // From above, a little from the left and front of the eye, so that sides differ in shade and shadows show.
-  knap.keyLight = (camera) => unit(add(camera.up, add(scale(camera.east, -0.25), scale(camera.north, -0.35))));
+  // From above and from the left of where the eye is at first: sides differ in shade, and shadows lie beside bodies.
+  knap.keyLight = (camera) => unit(add(camera.up, add(scale(camera.east, -0.15), scale(camera.north, -0.7))));
 
   // Where a point lies above a plane, in the plane's own x and y.
   knap.onPlane = (pose, point) => {

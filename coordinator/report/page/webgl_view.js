@@ -26,7 +26,7 @@
       float sky = 0.5 + 0.5 * dot(n, up);
       float key = max(dot(n, light), 0.0);
       float shine = pow(max(dot(n, normalize(light + toEye)), 0.0), 48.0);
-      vec3 lit = colour * (0.30 + 0.20 * sky + 0.40 * key + 0.18 * dot(n, toEye)) + 0.10 * shine;
+      vec3 lit = colour * (0.34 + 0.18 * sky + 0.40 * key + 0.18 * dot(n, toEye)) + 0.10 * shine;
       ink = vec4(lit, 1.0) * alpha;
     }`;
 
