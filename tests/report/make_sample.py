@@ -150,7 +150,8 @@ def push(theta, start):
         if crossed is None and y >= 0.37:
             crossed = x
         times.append(t)
-        poses += [px, py, 0.0, 1.0, 0.0, 0.0, 0.0, x, y, PEA_RADIUS, math.cos(turned / 2), -math.sin(turned / 2), 0.0, 0.0]
+        poses += [px, py, 0.0, 1.0, 0.0, 0.0, 0.0]
+        poses += [x, y, PEA_RADIUS, math.cos(turned / 2), -math.sin(turned / 2), 0.0, 0.0]
         offset.append(x)
     return times, poses, force, at, offset, crossed
 

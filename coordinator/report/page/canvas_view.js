@@ -12,6 +12,16 @@
       this.context = context;
       // Every triangle costs a path here, so that round bodies have fewer.
       this.detail = 3;
+      this.refined = new WeakMap();
+    }
+
+    // Triangles no longer than a sixth of the scene, kept until the scene is framed anew.
+    refine(surface, size) {
+      const kept = this.refined.get(surface);
+      if (kept?.size === size) return kept.surface;
+      const made = knap.meshes.refine(surface, size / 6);
+      this.refined.set(surface, { size, surface: made });
+      return made;
     }
 
     draw(picture, camera, colours, scale) {
@@ -21,7 +31,7 @@
       context.clearRect(0, 0, canvas.width, canvas.height);
       context.lineJoin = "round";
       for (const plane of picture.planes) this.drawGround(plane, camera, colours, scale);
-      const triangles = picture.solids.flatMap((solid) => this.project(solid, camera, colours));
+      const triangles = picture.solids.flatMap((solid) => this.project(solid, camera, colours, scale.size));
       triangles.sort((a, b) => b.depth - a.depth);
       for (const triangle of triangles) this.fill(triangle);
       context.lineWidth = this.canvas.width / 500;
@@ -39,9 +49,9 @@
     }
 
     // Faces that look at the eye, with the same light as the WebGL view; of clear ones both sides.
-    project({ surface, pose, colour, alpha }, camera, colours) {
+    project({ surface, pose, colour, alpha }, camera, colours, size) {
       const projected = [];
-      const { positions, normals } = surface;
+      const { positions, normals } = this.refine(surface, size);
       for (let i = 0; i < positions.length; i += 9) {
         const world = [0, 3, 6].map((k) => transformPoint(pose, positions.subarray(i + k, i + k + 3)));
         const normal = unit(knap.matrices.cross(subtract(world[1], world[0]), subtract(world[2], world[0])));

@@ -1,10 +1,13 @@
 // Shapes as triangles to draw: { positions, normals } with nine numbers a triangle, { edges } with six a line.
 (function (knap) {
   "use strict";
-  const { subtract, cross, dot, unit } = knap.matrices;
+  const { add, subtract, cross, dot, norm, unit } = knap.matrices;
 
   // Faces that meet at less than this look like one curved surface; the rest get a drawn edge.
   const creaseCosine = Math.cos((32 * Math.PI) / 180);
+
+  // A triangle is split into at most 2 to this many.
+  const mostSplits = 8;
 
   // Turns a profile of [distance from the axis, height, normal outwards, normal upwards] about z.
   function revolve(profile, segments, [cx, cy, cz] = [0, 0, 0]) {
@@ -100,7 +103,7 @@
     faces.forEach((face, f) => {
       face.corners.forEach((point, k) => {
         const near = around.get(triangles[3 * f + k]).filter((g) => dot(faces[g].normal, face.normal) > creaseCosine);
-        const sum = near.reduce((total, g) => knap.matrices.add(total, faces[g].areaVector), [0, 0, 0]);
+        const sum = near.reduce((total, g) => add(total, faces[g].areaVector), [0, 0, 0]);
         positions.set(point, 9 * f + 3 * k);
         normals.set(unit(sum, face.normal), 9 * f + 3 * k);
       });
@@ -108,9 +111,39 @@
     return { positions, normals, edges: new Float32Array(featureEdges(triangles, faces)) };
   }
 
+  // The surface with triangles split across their longest sides until none is longer: for painters, who order whole
+  // triangles by their distance, and go wrong with long ones.
+  function refine(surface, longest) {
+    const positions = [];
+    const normals = [];
+    const middle = (a, b) => ({
+      at: add(a.at, b.at).map((x) => x / 2), normal: unit(add(a.normal, b.normal), a.normal),
+    });
+    const split = (a, b, c, depth) => {
+      const sides = [[a, b, c], [b, c, a], [c, a, b]].map((side) => [norm(subtract(side[0].at, side[1].at)), side]);
+      const [length, [from, to, apex]] = sides.reduce((most, side) => (side[0] > most[0] ? side : most));
+      if (length <= longest || depth === 0) {
+        for (const { at, normal } of [a, b, c]) {
+          positions.push(...at);
+          normals.push(...normal);
+        }
+        return;
+      }
+      const between = middle(from, to);
+      split(from, between, apex, depth - 1);
+      split(between, to, apex, depth - 1);
+    };
+    for (let i = 0; i < surface.positions.length; i += 9) {
+      split(...[i, i + 3, i + 6].map((k) => ({
+        at: Array.from(surface.positions.subarray(k, k + 3)), normal: Array.from(surface.normals.subarray(k, k + 3)),
+      })), mostSplits);
+    }
+    return { ...surface, positions: new Float32Array(positions), normals: new Float32Array(normals) };
+  }
+
   // An arrow from `from` along `vector`; its head keeps its form and shrinks with an arrow too short for it.
   function arrow(from, vector, thickness) {
-    const length = knap.matrices.norm(vector);
+    const length = norm(vector);
     const head = Math.min(5 * thickness, 0.6 * length);
     const width = Math.min(1, head / (5 * thickness));
     const [shaft, barb] = [thickness * width, 2.2 * thickness * width];
@@ -137,5 +170,5 @@
     }
   }
 
-  knap.meshes = { mesh, arrow, fromShape };
+  knap.meshes = { mesh, refine, arrow, fromShape };
 })(window.knap = window.knap || {});

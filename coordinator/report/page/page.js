@@ -63,16 +63,21 @@
     const recorded = variations.replays.size > 0;
     const replay = recorded ? new knap.Replay(variations, scene, recordingList(variations, choose)) : null;
     const map = variations.count > 0 ? new knap.SuccessMap(variations, choose) : null;
-    function choose(row) {
+    function show(row) {
       const command = commandFor(data, row);
       replay?.choose(row, command);
       map?.select(row, command);
       markChosen(row);
     }
+    // What a reader chooses plays at once.
+    function choose(row) {
+      show(row);
+      replay?.playback.play();
+    }
     fillSection("replay", replay?.node);
     fillSection("map", map?.node);
     const first = variations.worstFirst()[0] ?? (map ? 0 : undefined);
-    if (first !== undefined) choose(first);
+    if (first !== undefined) show(first);
     if (replay) listenToKeys(replay);
     return replay;
   }

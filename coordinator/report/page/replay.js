@@ -49,6 +49,7 @@
       } }, ...speeds.map((value) => html("option", { value, selected: value === 1 }, `${value}×`)));
       this.forces = this.makeToggle("forces", "Draw contact forces as arrows", true, () => this.redraw());
       this.paths = this.makeToggle("paths", "Draw the paths of free bodies", true, () => this.redraw());
+      this.paths.node.hidden = !this.scene.bodies.some((body) => this.scene.hasPath(body));
       this.follow = this.makeToggle("follow", "Stay with the tool", false, () => this.frame());
       this.follow.node.hidden = this.scene.leader() === null;
       return html("div", { class: "controls", role: "group", "aria-label": "Replay" },

@@ -41,6 +41,11 @@
       return body.mover === null ? body.pose : recording.poseAt(time, body.mover);
     }
 
+    // Free bodies leave a path; a rope's links would cover the picture with theirs.
+    hasPath(body) {
+      return body.mover !== null && !body.designed && this.movers <= 4;
+    }
+
     // What a view draws at a time. A body whose pose is not finite is left out.
     pictureAt(recording, time, detail, { showForces, showPaths, metersPerNewton, size }) {
       const picture = { solids: [], planes: [], lines: [], arrows: [] };
@@ -54,8 +59,7 @@
           const surface = this.surface(shape, recording.about.design, detail);
           if (surface) picture.solids.push({ surface, pose, colour, alpha: 1 });
         }
-        // A rope's links would cover the picture with paths.
-        if (showPaths && body.mover !== null && !body.designed && this.movers <= 4) {
+        if (showPaths && this.hasPath(body)) {
           picture.lines.push({ points: recording.pathUntil(time, body.mover), colour: "muted" });
         }
       }

@@ -262,7 +262,8 @@
       const code = command ? html("code", null, command) : null;
       this.details.replaceChildren(
         html("strong", null, `Variation ${row}`),
-        html("span", null, variations.embedded(row) ? " plays above. " : " is not recorded in this file. "),
+        ...(variations.embedded(row) ? [" plays in the ", html("a", { href: "#replay" }, "replay"), ". "] :
+          [" is not recorded in this file. "]),
         html("span", null, [...keys, ...outcome].join("; ") + ". "),
         ...(code ? [html("span", null, "To compute it again: "), code, " ",
           knap.elements.copyButton(code, "Copy the command")] : []));
