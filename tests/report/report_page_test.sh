@@ -2,7 +2,7 @@
 # tests/report/report_page_test.sh CHROMIUM PAGE_DIR
 #
 # Assembles reports from made-up runs and uses each as a reader would, in headless Chromium, with and without WebGL.
-# Prints a line a check that fails; exits with 1 if there is one, with 77 where there is no Chromium.
+# Then opens one with each part missing that a run may lack. Prints a line a check that fails; exits with 1 if there is one, with 77 where there is no Chromium.
 set -euo pipefail
 
 chromium=$1 pages=$2
@@ -27,4 +27,5 @@ for sample in pushing rope bare; do
   python3 -B "$here/assemble_page.py" "$pages" "$work/$sample.json" >"$report"
   python3 -B "$here/check_report.py" "$chromium" "$report" --expect "${expected[$sample]}" || failed=1
 done
+python3 -B "$here/check_gaps.py" "$chromium" "$pages" "$work/pushing.json" || failed=1
 exit "$failed"

@@ -31,6 +31,7 @@
 
   // Thousands are set apart by a thin space, which no language takes for a decimal mark.
   function count(value, decimals = 0) {
+    if (!Number.isFinite(value)) return "?";
     const [whole, rest] = value.toFixed(decimals).replace("-", "−").split(".");
     const grouped = whole.length > 4 ? whole.replace(/\B(?=(\d{3})+$)/g, "\u2009") : whole;
     return rest ? `${grouped}.${rest}` : grouped;

@@ -8,8 +8,9 @@
 
   class Timeline {
     constructor({ workers = [], rollouts = {}, events = [] }) {
-      this.workers = workers;
       this.rollouts = { worker: [], kind: [], end_s: [], duration_s: [], attempt: [], ...rollouts };
+      const lanes = Math.max(workers.length, (knap.axes.rangeOf(this.rollouts.worker)?.[1] ?? -1) + 1);
+      this.workers = Array.from({ length: lanes }, (_, i) => workers[i] ?? `worker ${i + 1}`);
       this.events = events;
       const times = [0, ...this.rollouts.end_s, ...events.map((one) => one.time_s)];
       this.end = Math.max(1e-3, knap.axes.rangeOf(times)[1]);
