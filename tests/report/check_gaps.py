@@ -2,7 +2,8 @@
 """check_gaps.py CHROMIUM PAGE_DIR DATA.json
 
 Takes out of a report's data each part that a run may lack, one at a time, and the values that may be null, and opens
-what is left: the page must say nothing on the console. Prints a line a gap that breaks it; exits with 1 if there is one.
+what is left: the page must say nothing on the console. Prints a line a gap that breaks it; exits with 1 if there is
+one.
 """
 
 import copy
@@ -23,8 +24,8 @@ MAY_LACK = """
     learning.evaluations.*  timeline.*  timeline.events.*.text  certificates.*
 """.split()
 MAY_BE_NULL = """
-    variation.learned.loss.*  learning.evaluations.loss.*  learning.evaluations.best_loss.*  learning.batches.*.best_loss
-    replays.*.loss  test.learned.loss_mean  test.learned.success_rate  test.learned.success_rate_95
+    variation.learned.loss.*  learning.evaluations.loss.*  learning.evaluations.best_loss.*
+    learning.batches.*.best_loss  replays.*.loss  test.learned.loss_mean  test.learned.success_rate  test.learned.success_rate_95
     test.initial.loss_mean_95  loss_unit
 """.split()
 # A float32 in base64, to end an array of them that is cut after a multiple of 16 letters, which are three of them.

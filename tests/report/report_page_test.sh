@@ -2,7 +2,8 @@
 # tests/report/report_page_test.sh CHROMIUM PAGE_DIR
 #
 # Assembles reports from made-up runs and uses each as a reader would, in headless Chromium, with and without WebGL.
-# Then opens one with each part missing that a run may lack. Prints a line a check that fails; exits with 1 if there is one, with 77 where there is no Chromium.
+# Then opens one without each part that a run may lack. Prints a line a check that fails; exits with 1 if there is one,
+# with 77 where there is no Chromium.
 set -euo pipefail
 
 chromium=$1 pages=$2
