@@ -25,8 +25,8 @@ MAY_LACK = """
 """.split()
 MAY_BE_NULL = """
     variation.learned.loss.*  learning.evaluations.loss.*  learning.evaluations.best_loss.*
-    learning.batches.*.best_loss  replays.*.loss  test.learned.loss_mean  test.learned.success_rate  test.learned.success_rate_95
-    test.initial.loss_mean_95  loss_unit
+    learning.batches.*.best_loss  replays.*.loss  test.learned.loss_mean  test.learned.success_rate
+    test.learned.success_rate_95  test.initial.loss_mean_95  loss_unit
 """.split()
 # A float32 in base64, to end an array of them that is cut after a multiple of 16 letters, which are three of them.
 NOT_A_NUMBER = "AADAfw=="

@@ -32,7 +32,8 @@ TOOLS = """
         end: () => parseFloat(document.querySelector('#replay .clock').textContent.split('/')[1]),
         playing: () => document.querySelector('#replay .play').getAttribute('aria-label') === 'Pause',
         ids: () => [...document.querySelectorAll('#replay .id')].map((node) => node.textContent).join(),
-        // Pixels of a strong colour, as tools have and the ground has not.
+        // Pixels of a strong colour, as tools have and the ground has not. Nearly clear ones are left out, whose colours
+        // are rounded to anything.
         coloured: (canvas) => {
             const copy = document.createElement('canvas');
             [copy.width, copy.height] = [canvas.width, canvas.height];
@@ -42,7 +43,7 @@ TOOLS = """
             let count = 0;
             for (let i = 0; i < data.length; i += 4) {
                 const pixel = data.subarray(i, i + 3);
-                if (Math.max(...pixel) - Math.min(...pixel) > 60) ++count;
+                if (data[i + 3] > 250 && Math.max(...pixel) - Math.min(...pixel) > 60) ++count;
             }
             return count;
         },

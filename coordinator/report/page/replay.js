@@ -126,7 +126,11 @@
 
     frame() {
       const recordings = Object.values(this.recordings);
-      if (!recordings.length) return;
+      if (!recordings.length) {
+        this.scaleText.textContent = "";
+        this.redraw();
+        return;
+      }
       const { view } = this.panes.learned;
       const moment = this.follow.box.checked ? this.playback.time : null;
       this.led = null;
@@ -206,7 +210,9 @@
       this.charts = [...this.forceCharts(), ...this.signalCharts()];
       for (const chart of this.charts) chart.onPick = (time) => this.scrub(time);
       this.plots.replaceChildren(...this.charts.map((chart) => chart.node));
-      this.node.classList.toggle("plotless", this.charts.length === 0);
+      // An empty view keeps its size, so that the page does not jump.
+      const recorded = Object.keys(this.recordings).length > 0;
+      if (recorded) this.node.classList.toggle("plotless", this.charts.length === 0);
     }
 
     // A chart of one quantity with a line a design; `pick` finds the numbers in a recording.

@@ -151,6 +151,8 @@
       const colour = this.byLoss ? this.colourOf(variations.loss(design, row)) : null;
       if (colour) form.style[success === false ? "stroke" : "fill"] = colour;
       form.classList.add(this.byLoss ? "by-loss" : success === false ? "failure" : "success");
+      // Some colours of the scale are near the paper's.
+      if (this.byLoss && success === false) node.append(svg("path", { d: "M-4,-4L4,4M-4,4L4,-4", class: "cross rim" }));
       node.append(form, svg("title", null, this.describe(design, row)));
       return node;
     }

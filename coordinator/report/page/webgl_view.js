@@ -228,8 +228,15 @@
     }
 
     drawArrow({ from, vector, colour }, look, camera, light, colours, { size }) {
-      const { surface, pose } = knap.meshes.arrow(from, vector, 0.008 * size);
-      this.drawSolid({ surface, pose, colour, alpha: 1, transient: true }, look, camera, light, colours);
+      const { gl } = this;
+      const solid = { ...knap.meshes.arrow(from, vector, 0.008 * size), colour, transient: true };
+      // Contacts lie inside what touches: what a body hides of an arrow shows through it, faintly.
+      gl.depthFunc(gl.GREATER);
+      gl.depthMask(false);
+      this.drawSolid({ ...solid, alpha: 0.35 }, look, camera, light, colours);
+      gl.depthMask(true);
+      gl.depthFunc(gl.LEQUAL);
+      this.drawSolid({ ...solid, alpha: 1 }, look, camera, light, colours);
     }
   }
 
