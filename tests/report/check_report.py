@@ -32,8 +32,8 @@ TOOLS = """
         end: () => parseFloat(document.querySelector('#replay .clock').textContent.split('/')[1]),
         playing: () => document.querySelector('#replay .play').getAttribute('aria-label') === 'Pause',
         ids: () => [...document.querySelectorAll('#replay .id')].map((node) => node.textContent).join(),
-        // Pixels of a strong colour, as tools have and the ground has not. Nearly clear ones are left out, whose colours
-        // are rounded to anything.
+        // Pixels of a strong colour, as tools have and the ground has not. Those that are nearly clear are left out:
+        // their colours are rounded to anything.
         coloured: (canvas) => {
             const copy = document.createElement('canvas');
             [copy.width, copy.height] = [canvas.width, canvas.height];
