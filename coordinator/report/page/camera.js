@@ -6,6 +6,9 @@
   const slope = Math.tan((15 * Math.PI) / 180);
 
   class Camera {
+    // Yaw and pitch from which scenes are seen at first, in radians.
+    static start = [-0.95, 0.6];
+
     constructor(up) {
       this.up = up;
       // East and north span the ground: x and y themselves where z is up.
@@ -14,7 +17,7 @@
       this.target = [0, 0, 0];
       this.distance = 1;
       this.size = 1;
-      this.turn(-0.95, 0.6);
+      this.turn(...Camera.start);
     }
 
     turn(yaw, pitch) {

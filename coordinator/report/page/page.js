@@ -45,16 +45,14 @@
 
   function markChosen(row) {
     for (const button of document.querySelectorAll("button.choose")) {
-      button.toggleAttribute("aria-current", Number(button.dataset.row) === row);
+      button.setAttribute("aria-current", Number(button.dataset.row) === row);
     }
   }
 
   // Keys work anywhere but where they already mean something.
   function listenToKeys(replay) {
     addEventListener("keydown", (event) => {
-      if (event.altKey || event.metaKey || event.target.closest("input, select, button, textarea, summary, a, .plot")) {
-        return;
-      }
+      if (event.altKey || event.metaKey || event.target.closest("input, select, button, summary, a")) return;
       if (event.key === " " || event.key.startsWith("Arrow")) replay.handleKey(event);
     });
   }

@@ -27,7 +27,7 @@
 
     makePane(design) {
       const view = new knap.View(`${titles[design]} in motion`, this.camera, (detail) => this.picture(design, detail));
-      knap.attachCamera(view.canvas, this.camera, () => this.redraw(), () => this.frame());
+      knap.attachCamera(view.canvas, this.camera, () => this.redraw(), () => this.reset());
       const outcome = html("span", { class: "outcome" });
       const origin = html("div", { class: "origin" });
       const empty = html("p", { class: "empty", hidden: true }, "No recording of this tool here");
@@ -124,6 +124,13 @@
       this.usualForce = sizes.length ? sizes[Math.floor(0.95 * (sizes.length - 1))] : 0;
     }
 
+    // Back to where the camera looked from at first.
+    reset() {
+      this.camera.turn(...knap.Camera.start);
+      this.frame();
+    }
+
+    // Fills the views, from the direction that the reader has chosen.
     frame() {
       const recordings = Object.values(this.recordings);
       if (!recordings.length) {
@@ -134,7 +141,6 @@
       const { view } = this.panes.learned;
       const moment = this.follow.box.checked ? this.playback.time : null;
       this.led = null;
-      this.camera.turn(-0.95, 0.6);
       this.camera.fit(this.scene.frame(recordings, moment), view.aspect || 4 / 3);
       // Before the page has its width, views have none; the frame is then chosen again.
       view.onResize = () => this.framedAt !== view.aspect && this.frame();

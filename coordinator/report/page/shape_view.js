@@ -73,7 +73,7 @@
     makeStage() {
       this.view = new knap.View("Shape of the tool", this.camera, () => this.picture());
       this.view.onResize = () => this.frame();
-      knap.attachCamera(this.view.canvas, this.camera, () => this.view.redraw(), () => this.frame());
+      knap.attachCamera(this.view.canvas, this.camera, () => this.view.redraw(), () => this.reset());
       this.ghost = html("input", { type: "checkbox", checked: true, onchange: () => this.view.redraw() });
       return html("div", { class: "stage" }, html("div", { class: "canvas" }, this.view.canvas),
         html("p", { class: "hint" }, html("label", null, this.ghost, " initial shape, clear"), " · drag to turn"));
@@ -158,11 +158,15 @@
       return { solids, planes: [], lines: [], arrows: [] };
     }
 
+    reset() {
+      this.camera.turn(...knap.Camera.start);
+      this.frame();
+    }
+
     frame() {
       const points = this.meshes.flatMap((mesh) =>
         knap.frames.cornersOfBox(knap.frames.boxAround([mesh.initial, mesh.learned]))
           .map((corner) => knap.matrices.transformPoint(mesh.pose, corner)));
-      this.camera.turn(-0.95, 0.75);
       this.camera.fit(points, this.view.aspect || 4 / 3);
       this.view.redraw();
     }

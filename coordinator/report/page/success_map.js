@@ -225,7 +225,7 @@
       for (const dot of dots) {
         dot.node.setAttribute("tabindex", dot === chosen ? 0 : -1);
         dot.node.classList.toggle("selected", dot.row === this.selected);
-        dot.node.toggleAttribute("aria-current", dot.row === this.selected);
+        dot.node.setAttribute("aria-current", dot.row === this.selected);
       }
       if (chosen?.row === this.selected) chosen.node.parentNode.append(chosen.node);
     }

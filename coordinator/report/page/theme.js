@@ -2,7 +2,7 @@
 (function (knap) {
   "use strict";
 
-  const names = ["ink", "muted", "stage", "ground", "grid", "fixed", "moving", "initial", "learned", "force", "ghost"];
+  const names = ["muted", "ground", "grid", "fixed", "moving", "initial", "learned", "force"];
 
   let known = null;
 
