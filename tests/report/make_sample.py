@@ -171,6 +171,7 @@ def pushing(seed):
             "success": [int(x is not None and abs(x) < 0.008) for x in crossed],
             "distrust": ["contact deeper than half of the pea" if name == "initial" and i % 67 == 3 else ""
                          for i in range(len(values))],
+            "gradient_reliable": [int(i % 40 != 7) for i in range(len(values))],
         }
     worst = sorted(range(200), key=lambda i: -variation["learned"]["loss"][i])
     replays = [push_replay(source, name, row, runs[name][row], variation[name])

@@ -3,7 +3,10 @@
   "use strict";
 
   function bytes(text) {
-    return Uint8Array.from(atob(text ?? ""), (letter) => letter.charCodeAt(0)).buffer;
+    const letters = atob(text ?? "");
+    const array = new Uint8Array(letters.length);
+    for (let i = 0; i < letters.length; ++i) array[i] = letters.charCodeAt(i);
+    return array.buffer;
   }
 
   const floats = (text) => new Float32Array(bytes(text));

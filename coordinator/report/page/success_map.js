@@ -163,6 +163,7 @@
       const words = [`variation ${row}`, variations.lossPhrase(design, row)];
       if (success !== null) words.push(success ? "success" : "failure");
       if (variations.distrust(design, row)) words.push("not trusted");
+      if (variations.gradientFlagged(design, row)) words.push("gradient flagged");
       if (variations.embedded(row)) words.push("recorded");
       return words.join(", ");
     }
@@ -257,9 +258,11 @@
         `${knap.Variations.shortName(key)} = ${variations.keyText(row, k)}`);
       const outcome = knap.designs.map((design) => {
         const success = variations.success(design, row);
-        return `${design}: ${variations.lossPhrase(design, row)}` +
-          (success === null ? "" : success ? ", success" : ", failure") +
-          (variations.distrust(design, row) ? ` (not trusted: ${variations.distrust(design, row)})` : "");
+        const words = [variations.lossPhrase(design, row)];
+        if (success !== null) words.push(success ? "success" : "failure");
+        if (variations.gradientFlagged(design, row)) words.push("gradient flagged");
+        if (variations.distrust(design, row)) words.push(`not trusted: ${variations.distrust(design, row)}`);
+        return `${design}: ${words.join(", ")}`;
       });
       const code = command ? html("code", null, command) : null;
       this.details.replaceChildren(

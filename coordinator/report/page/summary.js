@@ -71,12 +71,12 @@
     const variations = data.test?.variations;
     if (sentences.length) return html("p", { class: "trust warning" }, sentences.join(" "));
     return html("p", { class: "trust" }, variations ? `No rollout of the ${count(variations)} test variations is ` +
-      "untrusted: all converged and kept their certificates." : "The run has no test.");
+      "untrusted: all converged and kept their certificates." : "This run has no test.");
   }
 
   function make(data) {
     const { run = {}, knap: build = {} } = data;
-    const measure = measureOf(data);
+    const measure = data.test ? measureOf(data) : null;
     const rollouts = run.rollouts?.total !== undefined ? ` from ${counted(run.rollouts.total, "rollout")}` : "";
     const started = run.started?.replace("T", " ").replace("Z", " UTC");
     const facts = [
@@ -86,7 +86,8 @@
       started && `started ${started}${run.host ? ` on ${run.host}` : ""}`,
       build.version && `knap ${build.version}${build.build ? ` (${build.build})` : ""}`,
     ].filter(Boolean);
-    return html("div", { class: "summary" }, headline(measure), intervalDrawing(measure), trust(data),
+    const result = measure ? [headline(measure), intervalDrawing(measure)] : [];
+    return html("div", { class: "summary" }, ...result, trust(data),
       html("p", { class: "facts" }, facts.join(" · ")));
   }
 

@@ -44,6 +44,12 @@
       return this.results[design]?.distrust?.[row] || (this.replays.get(row)?.[design]?.distrust ?? []).join("; ");
     }
 
+    // Whether the rollout passed a switch so closely that its gradient may not hold; false where nothing is said.
+    gradientFlagged(design, row) {
+      const told = this.results[design]?.gradient_reliable?.[row];
+      return told !== undefined && told !== null && !told;
+    }
+
     embedded(row) {
       return this.replays.has(row);
     }
