@@ -15,7 +15,8 @@ import tempfile
 from chromium import Chromium
 
 LARGEST_FILE = 5_000_000
-WEBGL = ["--enable-unsafe-swiftshader"]
+# The watchdog would end a graphics process that a busy machine holds up.
+WEBGL = ["--enable-unsafe-swiftshader", "--disable-gpu-watchdog"]
 NO_WEBGL = ["--disable-gpu", "--disable-3d-apis"]
 
 # What the checks ask the page again and again.
@@ -117,6 +118,12 @@ class Checks:
         for name in expected:
             self.expect(self.shown(name), f"section {name} is not shown")
 
+    def check_context(self):
+        """The views draw with what this mode is to test."""
+        kinds = self.ask("""[...document.querySelectorAll('canvas.view')]
+            .map((canvas) => canvas.getContext('webgl2') ? 'WebGL' : 'no WebGL')""")
+        self.expect(set(kinds) <= {self.mode}, f"views draw with {kinds}")
+
     def check_drawings(self):
         """Every chart has a line for each series, every map its dots, the timeline its bars."""
         empty = self.ask("""[...document.querySelectorAll('.chart')].filter((chart) => {
@@ -175,6 +182,20 @@ class Checks:
                 continue
             pixels = self.ask(f"test.coloured(test.canvas('{design}'))")
             self.expect(pixels > 100, f"the {design} view shows {pixels} pixels of a tool")
+
+    def check_lost_graphics(self):
+        """Where WebGL is there but dies at once, the stills are drawn without it."""
+        self.browser.call("Page.addScriptToEvaluateOnNewDocument", source="""{
+            const getContext = HTMLCanvasElement.prototype.getContext;
+            HTMLCanvasElement.prototype.getContext = function (...options) {
+                const context = getContext.apply(this, options);
+                if (options[0] === 'webgl2') context?.getExtension('WEBGL_lose_context')?.loseContext();
+                return context;
+            };
+        }""")
+        self.open()
+        if self.shown("replay"):
+            self.check_stills()
 
     def check_playing(self):
         start = self.ask("test.pixels()")
@@ -369,8 +390,7 @@ def main():
         with Chromium(arguments.chromium, *options) as browser:
             checks = Checks(browser, page, mode)
             checks.open()
-            has_webgl = browser.evaluate("document.createElement('canvas').getContext('webgl2') !== null")
-            checks.expect(has_webgl == (mode == "WebGL"), f"the browser has {'' if has_webgl else 'no '}WebGL")
+            checks.check_context()
             checks.check_sections([name for name in arguments.expect.split(",") if name])
             checks.check_drawings()
             checks.check_labels()
@@ -382,6 +402,9 @@ def main():
             failures += checks.failures
             if mode == "WebGL":
                 failures += check_globals(browser, page)
+                lost = Checks(browser, page, "lost WebGL")
+                lost.check_lost_graphics()
+                failures += lost.failures
     for failure in failures:
         print(f"{arguments.report.name}: {failure[:400]}")
     sys.exit(1 if failures else 0)

@@ -3,8 +3,8 @@
   "use strict";
   const { add, scale, subtract, dot, unit } = knap.matrices;
 
-  // From above and from the left of where the eye is at first: sides differ in shade, and shadows lie beside bodies.
-  knap.keyLight = (camera) => unit(add(camera.up, add(scale(camera.east, -0.15), scale(camera.north, -0.7))));
+  // From above, beside where the eye is at first: sides differ in shade, and shadows lie beside bodies.
+  knap.keyLight = (camera) => unit(add(camera.up, add(scale(camera.east, 0.12), scale(camera.north, -0.7))));
 
   // Where a point lies above a plane, in the plane's own x and y.
   knap.onPlane = (pose, point) => {
@@ -19,17 +19,29 @@
     return power * [1, 2, 5, 10].find((step) => step * power >= wanted * 0.999);
   }
 
-  function makeRenderer(canvas) {
-    // Kept after drawing, so that printing and the page's test see what the reader sees.
-    const gl = canvas.getContext("webgl2", { antialias: true, stencil: true, preserveDrawingBuffer: true });
-    return gl ? new knap.WebglView(canvas, gl) : new knap.CanvasView(canvas, canvas.getContext("2d"));
+  // Drawings are kept, so that printing and the page's test see what the reader sees.
+  const contextOptions = { antialias: true, stencil: true, preserveDrawingBuffer: true };
+
+  function makeRenderer(makeCanvas) {
+    const canvas = makeCanvas();
+    const gl = canvas.getContext("webgl2", contextOptions);
+    if (!gl) return new knap.CanvasView(canvas, canvas.getContext("2d"));
+    try {
+      return new knap.WebglView(canvas, gl);
+    } catch (error) {
+      // Graphics may die at any time, also while shaders compile. A canvas that had WebGL gives no other context.
+      if (!gl.isContextLost()) throw error;
+      const plain = makeCanvas();
+      return new knap.CanvasView(plain, plain.getContext("2d"));
+    }
   }
 
   // `picture(detail)` makes what is to be drawn. redraw() asks for a drawing at the next frame of the screen.
   class View {
     constructor(label, camera, picture) {
-      this.canvas = knap.elements.html("canvas", { tabindex: 0, role: "img", "aria-label": label, class: "view" });
-      this.renderer = makeRenderer(this.canvas);
+      const attributes = { tabindex: 0, role: "img", "aria-label": label, class: "view" };
+      this.renderer = makeRenderer(() => knap.elements.html("canvas", attributes));
+      this.canvas = this.renderer.canvas;
       this.camera = camera;
       this.picture = picture;
       this.asked = false;
