@@ -3,16 +3,18 @@
 #
 # Assembles reports from made-up runs and uses each as a reader would, in headless Chromium, with and without WebGL.
 # Then opens one without each part that a run may lack. Prints a line a check that fails; exits with 1 if there is one,
-# with 77 where there is no Chromium.
+# with 77 where there is no Chromium or no Python.
 set -euo pipefail
 
 chromium=$1 pages=$2
 here=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd)
 
-if ! command -v -- "$chromium" >/dev/null; then
-  echo "report_page_test.sh: skipped: there is no $chromium"
-  exit 77
-fi
+for program in "$chromium" python3; do
+  if ! command -v -- "$program" >/dev/null; then
+    echo "report_page_test.sh: skipped: there is no $program"
+    exit 77
+  fi
+done
 
 work=$(mktemp -d)
 trap 'rm -rf -- "$work"' EXIT
