@@ -89,10 +89,10 @@ class Chromium:
             raise RuntimeError(f"{expression}: {details.get('exception', {}).get('description', details['text'])}")
         return result["result"].get("value")
 
-    def becomes_true(self, expression, limit_s=LIMIT_S):
+    def becomes_true(self, expression):
         """Whether an expression becomes true; asked again at each of the page's frames."""
         return self.evaluate(f"""new Promise((done) => {{
-            const end = performance.now() + {1000 * limit_s};
+            const end = performance.now() + {1000 * LIMIT_S};
             const ask = () => ({expression}) ? done(true) : performance.now() > end ? done(false) :
                 requestAnimationFrame(ask);
             ask();
