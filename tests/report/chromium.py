@@ -53,7 +53,8 @@ class Chromium:
         self.profile.cleanup()
 
     def _receive(self):
-        deadline = time.monotonic() + LIMIT_S
+        # The page's own waits end before this one.
+        deadline = time.monotonic() + 2 * LIMIT_S
         while b"\0" not in self.rest:
             ready, _, _ = select.select([self.inward], [], [], max(0, deadline - time.monotonic()))
             part = os.read(self.inward, 1 << 20) if ready else b""
