@@ -65,7 +65,7 @@ class HungryCluster : public ::testing::Test {
   const TemporaryFolder folder_;
   const std::string url_ = MakeOwnLcmUrl();
   const RunKey key_ = RunKey::MakeRandom();
-  const SteadyClock clock_;
+  const SteadyClock clock_{};
   const ScenarioFiles scenario_ = {
       {"scenario.txt", fmt::format("dimension 4\nsteps 10\nstep_us 1000\nallocate_mb {}\n", kNeeded_mb)}};
   LcmTransport transport_{url_, Dispatcher::ListChannels(), &clock_};
