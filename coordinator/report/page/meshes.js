@@ -42,6 +42,22 @@
     return revolve(profile, segments, center);
   }
 
+  function cylinder(radius, length, center, segments) {
+    const half = length / 2;
+    const solid = revolve([[0, -half, 0, -1], [radius, -half, 0, -1], [radius, -half, 1, 0], [radius, half, 1, 0],
+      [radius, half, 0, 1], [0, half, 0, 1]], segments, center);
+    const edges = [];
+    for (const z of [-half, half]) {
+      for (let k = 0; k < segments; ++k) {
+        for (const end of [k, k + 1]) {
+          const angle = (2 * Math.PI * end) / segments;
+          edges.push(center[0] + radius * Math.cos(angle), center[1] + radius * Math.sin(angle), center[2] + z);
+        }
+      }
+    }
+    return { ...solid, edges: new Float32Array(edges) };
+  }
+
   function box(size, [cx, cy, cz]) {
     const vertices = [];
     for (let i = 0; i < 8; ++i) {
@@ -161,6 +177,7 @@
     switch (shape.type) {
       case "sphere": return capsule(shape.radius, 0, center, detail + 2, 4 * detail + 4);
       case "capsule": return capsule(shape.radius, shape.length, center, detail, 4 * detail);
+      case "cylinder": return cylinder(shape.radius, shape.length, center, 6 * detail);
       case "box": return box(shape.size, center);
       case "mesh": {
         const vertices = shape.vertices[design] ?? shape.vertices.initial;

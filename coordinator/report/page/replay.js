@@ -99,11 +99,16 @@
       pane.outcome.replaceChildren(...this.outcomeOf(design));
       pane.origin.replaceChildren();
       if (!recording) return;
-      const { id, loss, doubts } = recording.about;
+      const { id, loss, doubts, same_bits: same } = recording.about;
       const whole = html("code", { class: "id", title: id }, id ?? "");
       const bits = Number.isFinite(loss) && loss !== null ? `, loss bits ${knap.decoding.bitsOf(loss)}` : "";
       pane.origin.append(html("span", null, "Computed again from the run: rollout "), whole,
         copyButton(whole, `Copy the id of the ${design} rollout`), html("span", { class: "bits" }, bits));
+      if (same === true) pane.origin.append(html("span", null, ", as the run had it"));
+      if (same === false) {
+        const text = "Not the bits that the run had: another build computes this.";
+        pane.origin.append(html("p", { class: "warning" }, text));
+      }
       const reason = this.variations.distrust(design, this.row);
       if (reason) pane.origin.append(html("p", { class: "warning" }, `Not trusted: ${reason}`));
       if (doubts?.length) pane.origin.append(html("p", null, `Doubts: ${doubts.join("; ")}`));
