@@ -101,6 +101,7 @@ std::vector<std::size_t> ChooseReplays(const ReportSource& source, bool has_succ
 }
 
 Json MakeReplayJson(const ReportedTest& test, std::size_t variation, const RecordedRollout& rollout, bool has_success) {
+  const Eigen::Vector3d& g = rollout.recording.gravity_W;
   return {{"design", test.name},
           {"variation", variation},
           {"id", test.ids[variation]},
@@ -111,7 +112,8 @@ Json MakeReplayJson(const ReportedTest& test, std::size_t variation, const Recor
           {"times", Pack(rollout.recording.time)},
           {"poses", PackPoses(rollout.recording)},
           {"forces", MakeForcesJson(rollout.recording)},
-          {"signals", MakeSignalsJson(rollout.recording)}};
+          {"signals", MakeSignalsJson(rollout.recording)},
+          {"gravity", {g.x(), g.y(), g.z()}}};
 }
 
 }  // namespace knap

@@ -10,14 +10,19 @@
     static start = [-0.95, 0.6];
 
     constructor(up) {
-      this.up = up;
-      // East and north span the ground: x and y themselves where z is up.
-      this.east = Math.abs(up[2]) > 0.9 ? unit(cross(cross(up, [1, 0, 0]), up)) : perpendicular(up);
-      this.north = cross(up, this.east);
+      this.aim(up);
       this.target = [0, 0, 0];
       this.distance = 1;
       this.size = 1;
       this.turn(...Camera.start);
+    }
+
+    // What is up from here on: gravity may differ from variation to variation.
+    aim(up) {
+      this.up = up;
+      // East and north span the ground: x and y themselves where z is up.
+      this.east = Math.abs(up[2]) > 0.9 ? unit(cross(cross(up, [1, 0, 0]), up)) : perpendicular(up);
+      this.north = cross(up, this.east);
     }
 
     turn(yaw, pitch) {

@@ -74,6 +74,8 @@
       const replays = this.variations.replays.get(row) ?? {};
       this.recordings = Object.fromEntries(Object.entries(replays)
         .map(([design, replay]) => [design, new knap.Recording(replay, this.scene.movers)]));
+      const [{ gravity } = {}] = Object.values(replays);
+      this.camera.aim(gravity ? knap.matrices.unit(knap.matrices.scale(gravity, -1)) : this.scene.up);
       for (const design of knap.designs) this.describe(design);
       this.showNotice(command);
       this.measureForces();

@@ -80,21 +80,27 @@
       return this.bodies.find((body) => body.designed && body.mover !== null)?.mover ?? null;
     }
 
-    // Corners of boxes around the bodies at one time, or if that is null at moments of the whole recordings. What was
-    // thrown far away is left out.
+    // Corners of boxes around the bodies at one time, or if that is null at moments of the whole recordings: of designed
+    // bodies at all of them, of the others where they stay within reach of what there was at the start.
     frame(recordings, time) {
-      const points = [];
-      const finite = this.bodies.filter((body) => body.shapes.length);
-      for (const body of finite) {
-        const corners = this.cornersOf(body);
-        for (const recording of recordings) {
-          for (const moment of body.mover === null ? [0] : momentsOf(recording, time)) {
-            const pose = this.poseOf(body, recording, moment);
-            if (pose) points.push(...corners.map((corner) => transformPoint(pose, corner)));
+      const corners = (bodies, momentsOf) => {
+        const points = [];
+        for (const body of bodies) {
+          const local = this.cornersOf(body);
+          for (const recording of recordings) {
+            for (const moment of body.mover === null ? [0] : momentsOf(recording)) {
+              const pose = this.poseOf(body, recording, moment);
+              if (pose) points.push(...local.map((corner) => transformPoint(pose, corner)));
+            }
           }
         }
-      }
-      return withoutOutliers(points);
+        return points;
+      };
+      const finite = this.bodies.filter((body) => body.shapes.length);
+      const moments = (recording) => momentsOf(recording, time);
+      const begin = () => [time ?? 0];
+      const core = [...corners(finite, begin), ...corners(finite.filter((body) => body.designed), moments)];
+      return [...core, ...withinReach(corners(finite, moments), core)];
     }
 
     cornersOf(body) {
@@ -125,17 +131,12 @@
     return [0, 1, 2, 3, 4, 5, 6, 7].map((i) => [0, 1, 2].map((axis) => ((i >> axis) & 1 ? high[axis] : low[axis])));
   }
 
-  // Keeps what lies within two spreads of the middle nine tenths.
-  function withoutOutliers(points) {
-    const ranges = [0, 1, 2].map((axis) => {
-      const sorted = points.map((point) => point[axis]).sort((a, b) => a - b);
-      const at = (share) => sorted[Math.floor(share * (sorted.length - 1))];
-      return { low: at(0.05), high: at(0.95) };
-    });
-    const spread = Math.max(...ranges.map(({ low, high }) => high - low));
-    const margin = 2 * spread;
-    return points.filter((point) =>
-      point.every((x, axis) => x >= ranges[axis].low - margin && x <= ranges[axis].high + margin));
+  // Those that lie within the box around `core`, or beside it by no more than a third of its size.
+  function withinReach(points, core) {
+    if (!core.length) return points;
+    const { low, high } = boxAround([core.flat()]);
+    const margin = knap.matrices.norm(knap.matrices.subtract(high, low)) / 3;
+    return points.filter((point) => point.every((x, axis) => x >= low[axis] - margin && x <= high[axis] + margin));
   }
 
   knap.Scene = Scene;
