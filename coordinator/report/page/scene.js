@@ -80,8 +80,8 @@
       return this.bodies.find((body) => body.designed && body.mover !== null)?.mover ?? null;
     }
 
-    // Corners of boxes around the bodies at one time, or if that is null at moments of the whole recordings: of designed
-    // bodies at all of them, of the others where they stay within reach of what there was at the start.
+    // Corners of boxes around the bodies at one time, or if that is null at moments of the whole recordings: of
+    // designed bodies at all of them, of the others where they stay within reach of what there was at the start.
     frame(recordings, time) {
       const corners = (bodies, momentsOf) => {
         const points = [];
