@@ -19,7 +19,11 @@ if (. /etc/os-release 2>/dev/null && [[ ${ID:-} == debian && ${VERSION_ID:-} == 
   knap_packages+=(libmujoco-dev)
 fi
 # shellcheck disable=SC2034
-knap_test_packages=(munge slurmctld slurmd slurm-client)
+knap_test_packages=(munge slurmctld slurmd slurm-client python3)
+# A browser that opens reports; Ubuntu's package of it is a snap, which does not run in containers.
+if (. /etc/os-release 2>/dev/null && [[ ${ID:-} == debian ]]); then
+  knap_test_packages+=(chromium)
+fi
 
 say() { printf 'knap: %s\n' "$*" >&2; }
 

@@ -39,7 +39,8 @@ mapfile -t python < <(select_files '\.py$')
 mapfile -t messages < <(select_files '\.lcm$')
 mapfile -t markdown < <(select_files '\.md$')
 mapfile -t yaml < <(select_files '\.ya?ml$|^\.clang-|^CMakePresets\.json$')
-code=("${cpp[@]}" "${cmake[@]}" "${scripts[@]}" "${python[@]}" "${messages[@]}")
+mapfile -t page < <(select_files '\.(js|css|html)$')
+code=("${cpp[@]}" "${cmake[@]}" "${scripts[@]}" "${python[@]}" "${messages[@]}" "${page[@]}")
 text=("${code[@]}" "${markdown[@]}" "${yaml[@]}")
 
 # --- Lines ---------------------------------------------------------------------------------------------------------

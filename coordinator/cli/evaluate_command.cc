@@ -21,6 +21,8 @@
 #include "coordinator/cli/theta_choice.h"
 #include "coordinator/learning/batch_objective.h"
 #include "coordinator/learning/evaluation.h"
+#include "coordinator/run_directory/csv_text.h"
+#include "coordinator/run_directory/durable_file.h"
 #include "coordinator/run_directory/json_text.h"
 #include "lcmtypes/program/standard_streams.h"
 
@@ -36,6 +38,7 @@ struct EvaluateArguments {
   std::optional<int> variations;
   std::optional<std::uint64_t> seed;
   std::string theta;
+  std::string csv;
   bool json = false, quiet = false;
 };
 
@@ -45,6 +48,7 @@ constexpr std::uint64_t kRandomThetaSeed = 0;
 struct Test {
   std::vector<double> theta;
   TestSummary summary;
+  std::vector<RolloutOutcome> outcomes;  // one a variation
 };
 
 // Every design on the same variations, in one call of the service, so that no worker idles between designs.
@@ -64,7 +68,8 @@ std::vector<Test> TestDesigns(const std::vector<std::vector<double>>& thetas, co
   std::vector<Test> tests;
   for (std::size_t k = 0; k < thetas.size(); ++k) {
     const auto count = static_cast<std::size_t>(n);
-    tests.push_back({thetas[k], SummarizeTest(std::span(outcomes).subspan(k * count, count), seed)});
+    const std::span<const RolloutOutcome> of_design = std::span(outcomes).subspan(k * count, count);
+    tests.push_back({thetas[k], SummarizeTest(of_design, seed), {of_design.begin(), of_design.end()}});
   }
   return tests;
 }
@@ -131,15 +136,38 @@ void PrintTests(const Scene& scene, const ParameterSpec& parameters, const std::
   WriteOutput(text + FormatDropped(dropped));
 }
 
+// One row a design and variation: number of both, the varied keys by name, loss, success (empty without a test),
+// certificate.
+std::string FormatCsv(const Scene& scene, const VariationSpec& variations, std::uint64_t seed,
+                      const std::vector<Test>& tests) {
+  std::string text = "design,variation";
+  for (const VariationKey& key : variations) text += "," + MakeCsvField(key.name);
+  text += ",loss,success,finite,converged,distrust,penetration,largest_force,steps\n";
+  const auto number = [](double value) { return std::isfinite(value) ? fmt::format("{}", value) : std::string(); };
+  for (std::size_t k = 0; k < tests.size(); ++k) {
+    for (std::size_t i = 0; i < tests[k].outcomes.size(); ++i) {
+      const RolloutOutcome& outcome = tests[k].outcomes[i];
+      text += fmt::format("{},{}", k, i);
+      for (const double value : SampleVariation(variations, seed, RandomStream::kTestVariations, i)) {
+        text += "," + number(value);
+      }
+      text += fmt::format(
+          ",{},{},{:d},{:d},{},{},{},{}\n", number(outcome.loss), scene.success ? (outcome.success ? "1" : "0") : "",
+          outcome.certificate.finite, outcome.certificate.converged, MakeCsvField(outcome.certificate.distrust),
+          number(outcome.certificate.penetration), number(outcome.certificate.largest_force), outcome.steps);
+    }
+  }
+  return text;
+}
+
 int RunEvaluate(const EvaluateArguments& arguments) {
   const RunOrScenario source(arguments.path);
   const LoadedScenario scenario = LoadValidScenario(source.config(), arguments.overrides);
   const Scene& scene = scenario.parsed.scene;
   const Problem problem = MakeProblem(scene, scenario.files);
   const ParameterSpec& parameters = problem.parameters;
-  const std::string choice = arguments.theta.empty() ? source.default_design() : arguments.theta;
   const std::vector<std::vector<double>> thetas =
-      ChooseThetas(choice, parameters, kRandomThetaSeed, [&] { return source.ReadLearned(parameters.names.size()); });
+      ChooseThetas(arguments.theta, parameters, kRandomThetaSeed, source.NameDesigns(parameters.names.size()));
   const int n = arguments.variations.value_or(static_cast<int>(scene.evaluation.variations));
   const std::uint64_t seed = arguments.seed.value_or(static_cast<std::uint64_t>(scene.evaluation.seed));
   CheckRequestVolume("--variations and --theta", {static_cast<double>(n), static_cast<double>(thetas.size())},
@@ -155,6 +183,9 @@ int RunEvaluate(const EvaluateArguments& arguments) {
     tests = TestDesigns(thetas, problem.variations, n, seed, session.service());
     session.Finish();
     dropped = progress.dropped();
+  }
+  if (!arguments.csv.empty()) {
+    WriteFileAtomically(arguments.csv, FormatCsv(scene, problem.variations, seed, tests));
   }
   if (arguments.json) {
     PrintJson(scene, parameters, tests, dropped);
@@ -175,8 +206,11 @@ void AddEvaluateCommand(CLI::App* app, std::function<int()>* command) {
   evaluate->add_option("--variations", arguments->variations, "how many (default: the scenario's)")
       ->check(CLI::Range(1, 1000000));
   evaluate->add_option("--seed", arguments->seed, "of the variations (default: the scenario's)");
-  evaluate->add_option("--theta", arguments->theta,
-                       "initial, learned, random:K or NAME=VALUE,... (default: learned for a run, else initial)");
+  evaluate->add_option(
+      "--theta", arguments->theta,
+      "initial, learned, random:K or NAME=VALUE,... with the others as by default (default: learned of a "
+      "run, else initial)");
+  evaluate->add_option("--csv", arguments->csv, "writes one row a variation: values, loss, success, certificate");
   evaluate->add_flag("--json", arguments->json, "print a JSON document on stdout");
   evaluate->add_flag("--quiet", arguments->quiet, "no progress");
   evaluate->callback([arguments, command] { *command = [arguments] { return RunEvaluate(*arguments); }; });

@@ -107,13 +107,14 @@ int RunLandscape(const LandscapeArguments& arguments) {
   const Scene& scene = scenario.parsed.scene;
   const Problem problem = MakeProblem(scene, scenario.files);
   const ParameterSpec& parameters = problem.parameters;
-  const std::string choice = arguments.theta.empty() ? source.default_design() : arguments.theta;
+  const NamedDesigns designs = source.NameDesigns(parameters.names.size());
+  const std::string choice = arguments.theta.empty() ? designs.by_default : arguments.theta;
 
   LandscapePlan plan;
   plan.x = MakeAxis(parameters, FindParameter(arguments.x, "--x", parameters), arguments.grid);
   plan.y = MakeAxis(parameters, FindParameter(arguments.y, "--y", parameters), arguments.grid);
   if (plan.x.parameter == plan.y.parameter) throw UsageError("--y: expected another parameter than --x");
-  plan.theta = ChooseTheta(choice, parameters, [&] { return source.ReadLearned(parameters.names.size()); });
+  plan.theta = ChooseTheta(choice, parameters, designs);
   const bool many = !arguments.variation && !problem.variations.empty();
   CheckRequestVolume("--grid and --variations",
                      {static_cast<double>(arguments.grid), static_cast<double>(arguments.grid),

@@ -15,7 +15,9 @@
 #include "coordinator/cli/loss_unit.h"
 #include "coordinator/cli/prepared_scenario.h"
 #include "coordinator/cli/problem_from_scene.h"
+#include "coordinator/cli/report_writing.h"
 #include "coordinator/cli/run_recorder.h"
+#include "coordinator/cli/stderr_progress.h"
 #include "coordinator/learning/evaluation.h"
 #include "coordinator/report/picture.h"
 #include "coordinator/run_directory/durable_file.h"
@@ -92,7 +94,7 @@ std::string FormatDistrust(const std::string& design, const TestSummary& test) {
 }
 
 std::string FormatSummary(const Scene& scene, const ResultDocument& document, const RunDirectory& run,
-                          bool has_picture) {
+                          bool has_report) {
   std::string text = fmt::format("\n{}: learned with {} ({} rollouts) in {}\n", document.scenario, document.method,
                                  document.rollouts_total, FormatDuration(document.wall_s));
   if (scene.success) {
@@ -111,8 +113,9 @@ std::string FormatSummary(const Scene& scene, const ResultDocument& document, co
         CleanText((run.tool_path() / (scene.design->bodies.size() == 1 ? "learned.stl" : "learned_*.stl")).string()));
   }
   if (scene.policy) text += fmt::format("  policy    {}\n", CleanText((run.policy_path() / "learned.txt").string()));
-  if (has_picture)
-    text += fmt::format("  picture   {} (open it in a browser)\n", CleanText((run.path() / "picture.svg").string()));
+  if (has_report) {
+    text += fmt::format("  report    {} (open it in a browser)\n", CleanText(run.report_path().string()));
+  }
   return text + fmt::format("  figures   {}, metrics.csv and more beside it\n", CleanText(run.result_path().string()));
 }
 
@@ -141,16 +144,22 @@ ResultDocument LearnAndTest(const PreparedScenario& prepared, JournaledService& 
   return document;
 }
 
-// Without a picture the run is still whole, so what keeps it from being drawn is an event.
-bool WritePicture(const PreparedScenario& prepared, const ResultDocument& document, const RunDirectory& run,
+// Without them the run is still whole, so what keeps them from being made is an event.
+void WritePicture(const PreparedScenario& prepared, const ResultDocument& document, const RunDirectory& run,
                   RunRecorder* recorder) try {
   const std::optional<std::string> svg = DrawPicture(*prepared.model, prepared.problem.variations,
                                                      {document.test_initial, document.learned, document.test_learned});
-  if (!svg) return false;
-  WriteFileAtomically(run.path() / "picture.svg", *svg);
-  return true;
+  if (svg) WriteFileAtomically(run.path() / "picture.svg", *svg);
 } catch (const std::exception& e) {
   recorder->TryRecordEvent("no_picture", {{"error", CleanText(e.what())}});
+}
+
+bool TryWriteReport(const PreparedScenario& prepared, const RunDirectory& run, bool quiet, RunRecorder* recorder) try {
+  StderrProgress shown(quiet, [](const std::string&) {});  // the recorder has said what stderr does not take
+  WriteReport(prepared.scenario, run, *prepared.model, run.report_path(), &shown);
+  return true;
+} catch (const std::exception& e) {
+  recorder->TryRecordEvent("no_report", {{"error", CleanText(e.what())}});
   return false;
 }
 
@@ -190,10 +199,11 @@ int RunLearn(const LearnArguments& arguments) {
     throw;
   }
   WriteTools(*prepared.model, document.learned, run, "learned");
-  const bool has_picture = WritePicture(prepared, document, run, &recorder);
+  WritePicture(prepared, document, run, &recorder);
   run.WriteResult(document);
+  const bool has_report = TryWriteReport(prepared, run, arguments.quiet, &recorder);
   recorder.TryRecordEvent("done", {{"wall_s", document.wall_s}});
-  recorder.Say(FormatSummary(prepared.scenario.parsed.scene, document, run, has_picture));
+  recorder.Say(FormatSummary(prepared.scenario.parsed.scene, document, run, has_report));
   if (arguments.json) WriteOutput(fmt::format("{}\n", MakeJsonText(MakeResultJson(document), 2)));
   return kExitDone;
 }

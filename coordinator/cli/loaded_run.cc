@@ -22,6 +22,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
+std::string CalcBuild() { return FormatShort(CalcSha256(ReadFile("/proc/self/exe"))); }
+
+// A folder that is not what the command line says is bad usage; a disk that refuses is not.
+template <typename Action>
+RunDirectory AsUsage(const Action& action) {
+  try {
+    return action();
+  } catch (const std::system_error&) {
+    throw;
+  } catch (const std::runtime_error& e) {
+    throw UsageError(e.what());
+  }
+}
+
+}  // namespace
+
 std::vector<double> ReadLearnedTheta(const RunDirectory& run, std::size_t size) {
   if (!fs::exists(run.result_path())) {
     throw UsageError(
@@ -38,22 +54,6 @@ std::vector<double> ReadLearnedTheta(const RunDirectory& run, std::size_t size) 
     throw UsageError(fmt::format("{}: {}", run.result_path().string(), e.what()));
   }
 }
-
-std::string CalcBuild() { return FormatShort(CalcSha256(ReadFile("/proc/self/exe"))); }
-
-// A folder that is not what the command line says is bad usage; a disk that refuses is not.
-template <typename Action>
-RunDirectory AsUsage(const Action& action) {
-  try {
-    return action();
-  } catch (const std::system_error&) {
-    throw;
-  } catch (const std::runtime_error& e) {
-    throw UsageError(e.what());
-  }
-}
-
-}  // namespace
 
 RunDirectory OpenRun(const fs::path& path) {
   return AsUsage([&] { return RunDirectory::Open(path); });
@@ -111,8 +111,8 @@ LoadedScenario LoadValidScenario(const fs::path& config, std::span<const std::st
 
 void WriteScenario(const LoadedScenario& scenario, const RunDirectory& run) {
   const std::set<std::string> own = {"config.yaml",  "run.json",        "journal",     "metrics.csv", "rollouts.csv",
-                                     "events.jsonl", "evaluation.json", "result.json", "picture.svg", "tool",
-                                     "policy",       "workers",         "key"};
+                                     "events.jsonl", "evaluation.json", "result.json", "picture.svg", "report.html",
+                                     "tool",         "policy",          "workers",     "key"};
   for (const auto& [name, bytes] : scenario.files) {
     if (name == kScenarioFileName) continue;
     const std::string first = *fs::path(name).begin();
@@ -129,9 +129,11 @@ void WriteScenario(const LoadedScenario& scenario, const RunDirectory& run) {
 RunOrScenario::RunOrScenario(const fs::path& path)
     : path_(path), is_run_(fs::is_directory(path)), config_(is_run_ ? OpenRun(path).config_path() : path) {}
 
-std::vector<double> RunOrScenario::ReadLearned(std::size_t size) const {
-  if (!is_run_) throw UsageError(fmt::format("--theta learned: {} is a scenario, not a run", path_.string()));
-  return ReadLearnedTheta(OpenRun(path_), size);
+NamedDesigns RunOrScenario::NameDesigns(std::size_t size) const {
+  return {is_run_ ? "learned" : "initial", [this, size] {
+            if (!is_run_) throw UsageError(fmt::format("--theta learned: {} is a scenario, not a run", path_.string()));
+            return ReadLearnedTheta(OpenRun(path_), size);
+          }};
 }
 
 RunInfo MakeRunInfo(const LoadedScenario& scenario, const std::string& config_hash, const EngineIdentity& engine) {

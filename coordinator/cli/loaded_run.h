@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "coordinator/cli/theta_choice.h"
 #include "coordinator/run_directory/run_directory.h"
 #include "lcmtypes/wire/engine_identity.h"
 #include "sim/scenarios/scenario_files.h"
@@ -32,6 +33,10 @@ RunDirectory MakeNewRun(const NewRunPlace& place, const RunInfo& info,
 RunDirectory OpenRun(const std::filesystem::path& path);
 RunDirectory CreateRun(const std::filesystem::path& path);
 
+// theta.learned of the run's result.json; UsageError when the run has none (it did not finish) or it has not `size`
+// values.
+std::vector<double> ReadLearnedTheta(const RunDirectory& run, std::size_t size);
+
 // A run to go on with. UsageError when this program is not the one that began it (run.json): another build may compute
 // other bits, and the run would be neither's.
 RunDirectory OpenRunOfThisBuild(const std::filesystem::path& path);
@@ -45,10 +50,9 @@ class RunOrScenario {
  public:
   explicit RunOrScenario(const std::filesystem::path& path);
   const std::filesystem::path& config() const { return config_; }
-  std::string default_design() const { return is_run_ ? "learned" : "initial"; }
-  // theta.learned of the run's result.json; UsageError for a scenario, and when the run has none (it did not finish) or
-  // it has not `size` values.
-  std::vector<double> ReadLearned(std::size_t size) const;
+  // The learned design is what ReadLearnedTheta returns, and a run's default; UsageError for a scenario. This must
+  // outlive what is returned.
+  NamedDesigns NameDesigns(std::size_t size) const;
 
  private:
   std::filesystem::path path_;

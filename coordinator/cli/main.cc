@@ -8,6 +8,7 @@
 #include "coordinator/cli/landscape_command.h"
 #include "coordinator/cli/learn_command.h"
 #include "coordinator/cli/repair_command.h"
+#include "coordinator/cli/report_command.h"
 #include "coordinator/cli/rollout_command.h"
 #include "coordinator/cli/status_command.h"
 #include "coordinator/cli/study_command.h"
@@ -28,6 +29,7 @@ int main(int argc, char** argv) {
   knap::AddGradcheckCommand(&app, &command);
   knap::AddLandscapeCommand(&app, &command);
   knap::AddRepairCommand(&app, &command);
+  knap::AddReportCommand(&app, &command);
   knap::AddRolloutCommand(&app, &command);
   knap::AddValidateCommand(&app, &command);
   knap::AddStatusCommand(&app, &command);

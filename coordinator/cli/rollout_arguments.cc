@@ -70,10 +70,11 @@ std::string FormatParameter(const ParameterSpec& parameters, std::size_t i, doub
   return fmt::format("{} {:.4g}{}{}", parameters.names[i], value, unit.empty() ? "" : " ", unit);
 }
 
-std::vector<double> ParseTheta(const std::string& text, const std::string& option, const ParameterSpec& parameters) {
+std::vector<double> ParseTheta(const std::string& text, const std::string& option, const ParameterSpec& parameters,
+                               const std::vector<double>& others) {
   const std::vector<std::string>& names = parameters.names;
-  std::vector<double> theta = parameters.initial;
-  if (text == "initial") return theta;
+  if (text == "initial") return parameters.initial;
+  std::vector<double> theta = others;
   const std::vector<std::string> parts = Split(text);
   if (text.find('=') == std::string::npos) {
     if (!ParseQuantity(parts.front())) {

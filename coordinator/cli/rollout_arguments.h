@@ -16,10 +16,11 @@ std::size_t FindParameter(const std::string& name, const std::string& option, co
 // A parameter's value for people: "left_depth 12.00 mm", "phalanx_0_length 1.25".
 std::string FormatParameter(const ParameterSpec& parameters, std::size_t i, double value);
 
-// One design: "initial"; "NAME=VALUE,…" with units, the others at their initial value, "depth=10 mm"; or all d values,
+// One design: "initial"; "NAME=VALUE,…" with units, "depth=10 mm", the others as in `others`; or all d values,
 // "v1,v2,…", in SI or with units. It may lie outside the bounds. Throws UsageError that begins with `option` for an
 // unknown or repeated name, a wrong number of values and what has not the parameter's dimension.
-std::vector<double> ParseTheta(const std::string& text, const std::string& option, const ParameterSpec& parameters);
+std::vector<double> ParseTheta(const std::string& text, const std::string& option, const ParameterSpec& parameters,
+                               const std::vector<double>& others);
 
 // Values for the scene's varied keys in their order, "v1,v2,…", each an SI number or with its unit. Throws
 // UsageError that begins with `option` for a wrong number of values, what is none of the key's, and values

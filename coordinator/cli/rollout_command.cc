@@ -9,6 +9,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,9 @@
 #include "coordinator/cli/problem_from_scene.h"
 #include "coordinator/cli/request_replay.h"
 #include "coordinator/cli/rollout_arguments.h"
+#include "coordinator/cli/theta_choice.h"
+#include "coordinator/report/trajectory_file.h"
+#include "coordinator/run_directory/durable_file.h"
 #include "coordinator/run_directory/journal.h"
 #include "coordinator/run_directory/json_text.h"
 #include "lcmtypes/program/standard_streams.h"
@@ -28,14 +32,15 @@ namespace knap {
 namespace {
 
 struct RolloutFlags {
-  std::string config;
+  std::string path;  // of a scenario file or a run
   std::vector<std::string> overrides;
-  std::string theta = "initial";
+  std::string theta;
   std::string reference_theta;
   std::optional<std::uint64_t> variation;
   std::string variation_values;
   std::optional<std::uint64_t> seed;
   std::string request;
+  std::string trajectory;
   bool json = false;
 };
 
@@ -181,10 +186,10 @@ RolloutInput FindInput(const RolloutFlags& flags, const LoadedScenario& scenario
   run.test_seed = static_cast<std::uint64_t>(scene.evaluation.seed);
   run.scenario = CalcScenarioId(EncodeBundle(scenario.files));
   const std::optional<RolloutQuery> query =
-      FindRequest(run, Journal::Read(OpenRun(flags.config).journal_path()), flags.request);
+      FindRequest(run, Journal::Read(OpenRun(flags.path).journal_path()), flags.request);
   if (!query) {
     throw UsageError(fmt::format("--request {}: {} asked for no request with this id, as far as its journal goes",
-                                 flags.request, flags.config));
+                                 flags.request, flags.path));
   }
   RolloutInput input;
   const std::size_t controls = run.problem.parameters.controls;
@@ -197,29 +202,53 @@ RolloutInput FindInput(const RolloutFlags& flags, const LoadedScenario& scenario
   return input;
 }
 
-RolloutInput MakeInput(const RolloutFlags& flags, const LoadedScenario& scenario, const ParameterSpec& parameters) {
+RolloutInput MakeInput(const RolloutFlags& flags, const LoadedScenario& scenario, const ParameterSpec& parameters,
+                       const NamedDesigns& designs) {
   RolloutInput input;
-  const std::vector<double> theta = ParseTheta(flags.theta, "--theta", parameters);
+  const std::vector<double> theta = ChooseTheta(flags.theta, parameters, designs);
   SplitControls(ToVector(theta), parameters.controls, &input.theta, &input.controls);
   if (!flags.reference_theta.empty()) {
-    const std::vector<double> reference = ParseTheta(flags.reference_theta, "--reference-theta", parameters);
+    const std::vector<double> reference =
+        ParseTheta(flags.reference_theta, "--reference-theta", parameters, parameters.initial);
     SplitControls(ToVector(reference), parameters.controls, &input.theta_reference, &input.controls_reference);
   }
   input.variation = ChooseVariation(flags, scenario);
   return input;
 }
 
+enum class TrajectoryForm { kNone, kCsv, kJson };
+
+TrajectoryForm FindTrajectoryForm(const std::string& path) {
+  if (path.empty()) return TrajectoryForm::kNone;
+  if (path.ends_with(".csv")) return TrajectoryForm::kCsv;
+  if (path.ends_with(".json")) return TrajectoryForm::kJson;
+  throw UsageError(fmt::format("--trajectory: '{}': expected a name that ends with .csv or .json", path));
+}
+
+void WriteTrajectory(const Recording& recording, TrajectoryForm form, const std::string& path) {
+  WriteFileAtomically(path, form == TrajectoryForm::kCsv ? FormatTrajectoryCsv(recording)
+                                                         : MakeJsonText(MakeTrajectoryJson(recording), -1) + "\n");
+}
+
 int RunRollout(const RolloutFlags& flags) {
+  const TrajectoryForm form = FindTrajectoryForm(flags.trajectory);
   const bool is_request = !flags.request.empty();
-  const std::string config = is_request ? OpenRun(flags.config).config_path().string() : flags.config;
-  const LoadedScenario scenario = LoadValidScenario(config, flags.overrides);
+  const RunOrScenario source(flags.path);
+  if (is_request) OpenRun(flags.path);
+  const LoadedScenario scenario = LoadValidScenario(source.config(), flags.overrides);
   const Scene& scene = scenario.parsed.scene;
   const ParameterSpec parameters =
       HasParameters(scene) ? MakeProblem(scene, scenario.files).parameters : ParameterSpec();
-  const RolloutInput input = is_request ? FindInput(flags, scenario) : MakeInput(flags, scenario, parameters);
+  const RolloutInput input = is_request
+                                 ? FindInput(flags, scenario)
+                                 : MakeInput(flags, scenario, parameters, source.NameDesigns(parameters.names.size()));
   RolloutModel model(scenario.files);
   model.clock = ReadSeconds;
   const RolloutOutput output = model.Run(input, {});
+  if (form != TrajectoryForm::kNone) {
+    if (!output.failure.empty()) throw std::runtime_error("--trajectory: nothing was simulated: " + output.failure);
+    WriteTrajectory(model.Record(input, 0.0).recording, form, flags.trajectory);
+  }
   std::vector<double> theta(input.theta.begin(), input.theta.end());
   theta.insert(theta.end(), input.controls.begin(), input.controls.end());
   const RolloutRecord record{scene, parameters, theta, input, output, model.forward_s, model.gradient_s};
@@ -232,11 +261,12 @@ int RunRollout(const RolloutFlags& flags) {
 void AddRolloutCommand(CLI::App* app, std::function<int()>* command) {
   const auto flags = std::make_shared<RolloutFlags>();
   CLI::App* rollout = app->add_subcommand("rollout", "Runs one rollout in this process");
-  rollout->add_option("config", flags->config, "scenario file; with --request a run directory")->required();
+  rollout->add_option("path", flags->path, "scenario file or run directory")->required();
   rollout->add_option("overrides", flags->overrides, "changes to it, a.b=c");
   rollout->add_option(
       "--theta", flags->theta,
-      "design: initial, or NAME=VALUE,… with the others initial, or all values v1,v2,… (m, or with unit)");
+      "design: initial, learned, NAME=VALUE,… with the others as by default, or all values v1,v2,… (m, or with unit; "
+      "default: learned of a run, else initial)");
   rollout->add_option("--reference-theta", flags->reference_theta,
                       "the distillation loss against the trajectory of this design, not the task loss");
   CLI::Option* variation = rollout->add_option("--variation", flags->variation,
@@ -246,9 +276,7 @@ void AddRolloutCommand(CLI::App* app, std::function<int()>* command) {
                    "values v1,v2,… of the varied keys (SI, or with unit)")
       ->excludes(variation);
   rollout->add_option("--seed", flags->seed, "of the test variations (default: evaluation.seed)")->needs(variation);
-  rollout
-      ->add_option("--request", flags->request,
-                   "the request of the run in the folder CONFIG whose id begins with these digits")
+  rollout->add_option("--request", flags->request, "the request of the run whose id begins with these digits")
       ->check(CLI::Validator(
           [](const std::string& id) {
             const bool is_id = id.size() >= 8 && id.find_first_not_of("0123456789abcdef") == std::string::npos;
@@ -260,6 +288,8 @@ void AddRolloutCommand(CLI::App* app, std::function<int()>* command) {
       ->excludes("--reference-theta")
       ->excludes(variation)
       ->excludes("--variation-values");
+  rollout->add_option("--trajectory", flags->trajectory,
+                      "writes poses, joints and contact forces at every step to FILE.csv or FILE.json");
   rollout->add_flag("--json", flags->json, "one JSON document on stdout");
   rollout->callback([flags, command] { *command = [flags] { return RunRollout(*flags); }; });
 }

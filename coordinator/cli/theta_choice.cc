@@ -33,18 +33,22 @@ std::vector<std::vector<double>> SampleThetas(std::string_view count_text, const
 
 }  // namespace
 
-std::vector<double> ChooseTheta(const std::string& text, const ParameterSpec& parameters,
-                                const std::function<std::vector<double>()>& read_learned) {
-  return text == "learned" ? read_learned() : ParseTheta(text, "--theta", parameters);
+std::vector<double> ChooseTheta(const std::string& text, const ParameterSpec& parameters, const NamedDesigns& named) {
+  const auto get = [&](const std::string& name) {
+    return name == "learned" ? named.read_learned() : parameters.initial;
+  };
+  if (text.empty()) return get(named.by_default);
+  if (text == "learned") return get(text);
+  const bool is_partial = text.find('=') != std::string::npos;
+  return ParseTheta(text, "--theta", parameters, is_partial ? get(named.by_default) : parameters.initial);
 }
 
 std::vector<std::vector<double>> ChooseThetas(const std::string& text, const ParameterSpec& parameters,
-                                              std::uint64_t seed,
-                                              const std::function<std::vector<double>()>& read_learned) {
+                                              std::uint64_t seed, const NamedDesigns& named) {
   if (text.rfind(kRandomPrefix, 0) == 0) {
     return SampleThetas(std::string_view(text).substr(kRandomPrefix.size()), parameters, seed);
   }
-  return {ChooseTheta(text, parameters, read_learned)};
+  return {ChooseTheta(text, parameters, named)};
 }
 
 }  // namespace knap

@@ -76,17 +76,22 @@ std::optional<std::string> DrawRopeView(RolloutModel& model, const VariationSpec
   for (std::uint64_t column = 0; column < kColumns; ++column) {
     const std::vector<double> variation =
         SampleVariation(variations, figures.test_initial.seed, RandomStream::kTestVariations, column);
-    const auto panel = [&](int row, const TriangleMesh& tool, const RopeStill& still, const Tint& tint,
+    const auto panel = [&](int row, const TriangleMesh& tool, const Recording& seen, std::size_t k, const Tint& tint,
                            const char* border) {
+      std::vector<Pose> X_WL;
+      for (std::int64_t i = 0; i < rope->links; ++i) {
+        X_WL.push_back(seen.Find(fmt::format("{} link {}", rope->name, i)).X_WB[k]);
+      }
       map.corner = {kMargin + column * (kPanel + kGap), row * (kRowTitle + kPanel) + kRowTitle};
       svg += BeginPanel(3 * row + static_cast<int>(column), map.corner, {kPanel, kPanel}, border);
-      svg += DrawFaces(CalcShownFaces(tool, still.X_WL, *rope, CalcEye(still.gravity_W)), tint, map) + "</g>\n";
+      svg += DrawFaces(CalcShownFaces(tool, X_WL, *rope, CalcEye(seen.gravity_W)), tint, map) + "</g>\n";
     };
     const auto at_end = [&](int row, const Eigen::VectorXd& theta, const Tint& tint) {
-      const RopeStills stills = model.TraceRope({theta, {}, variation}, rope->name);
+      const RecordedRollout rollout = model.Record({theta, {}, variation}, end);
+      const Recording& seen = rollout.recording;
       const TriangleMesh tool = model.design()->Find(model.design()->bodies().front())->CalcMesh(theta);
-      if (row == 1) panel(0, tool, stills.start, tint, kFrame);
-      panel(row, tool, stills.end, tint, stills.success ? kSuccess : kFailure);
+      if (row == 1) panel(0, tool, seen, 0, tint, kFrame);
+      panel(row, tool, seen, seen.time.size() - 1, tint, rollout.output.success ? kSuccess : kFailure);
     };
     at_end(1, model.design()->initial_theta(), kGrey);
     at_end(2, Eigen::Map<const Eigen::VectorXd>(figures.learned.data(), model.num_parameters()), kBlue);

@@ -1,12 +1,13 @@
 #include "coordinator/run_directory/earlier_life.h"
 
 #include <algorithm>
-#include <cstdlib>
+#include <cstddef>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "coordinator/run_directory/csv_text.h"
 #include "coordinator/run_directory/durable_file.h"
 
 namespace knap {
@@ -22,13 +23,6 @@ std::vector<std::string> ReadWholeLines(const std::filesystem::path& path) {
   return lines;
 }
 
-std::vector<std::string> Split(const std::string& line) {
-  std::vector<std::string> fields;
-  std::istringstream stream(line);
-  for (std::string field; std::getline(stream, field, ',');) fields.push_back(field);
-  return fields;
-}
-
 }  // namespace
 
 EarlierLife ReadEarlierLife(const RunDirectory& run) {
@@ -39,13 +33,11 @@ EarlierLife ReadEarlierLife(const RunDirectory& run) {
     life.worked_s = std::max(life.worked_s, event.value("time_s", 0.0));
     if (event.value("event", "") == "requests_reissued") life.reissued = event.value("total", life.reissued);
   }
-  const std::vector<std::string> rows = ReadWholeLines(run.rollouts_path());
-  if (rows.empty()) return life;
-  const std::vector<std::string> names = Split(rows.front());
-  const auto column = static_cast<std::size_t>(std::find(names.begin(), names.end(), "time_s") - names.begin());
-  for (std::size_t i = 1; i < rows.size(); ++i) {
-    const std::vector<std::string> fields = Split(rows[i]);
-    if (column < fields.size()) life.worked_s = std::max(life.worked_s, std::strtod(fields[column].c_str(), nullptr));
+  if (!std::filesystem::exists(run.rollouts_path())) return life;
+  const CsvTable rollouts(ReadFile(run.rollouts_path()));
+  for (std::size_t i = 0; i < rollouts.size(); ++i) {
+    const double time_s = rollouts.GetNumber(i, "time_s");
+    if (time_s > life.worked_s) life.worked_s = time_s;
   }
   return life;
 }

@@ -1,7 +1,8 @@
 // The folder of one run and the files in it that are written whole [README.md]. The growing ones are in run_logs.h and
 // journal.h.
 //
-//   config.yaml  run.json  journal  metrics.csv  rollouts.csv  events.jsonl  result.json  evaluation.json  tool/
+//   config.yaml  run.json  journal  metrics.csv  rollouts.csv  events.jsonl  result.json  evaluation.json  report.html
+//   tool/
 #pragma once
 
 #include <chrono>
@@ -59,6 +60,7 @@ class RunDirectory {
   std::filesystem::path events_path() const { return path_ / "events.jsonl"; }
   std::filesystem::path result_path() const { return path_ / "result.json"; }
   std::filesystem::path evaluation_path() const { return path_ / "evaluation.json"; }
+  std::filesystem::path report_path() const { return path_ / "report.html"; }
   std::filesystem::path tool_path() const { return path_ / "tool"; }
   std::filesystem::path policy_path() const { return path_ / "policy"; }
 

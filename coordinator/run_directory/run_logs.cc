@@ -7,21 +7,11 @@
 #include <cmath>
 #include <cstddef>
 
+#include "coordinator/run_directory/csv_text.h"
 #include "coordinator/run_directory/json_text.h"
 
 namespace knap {
 namespace {
-
-// Quoted as in RFC 4180 when the text needs it.
-std::string MakeCsvField(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"') quoted += '"';
-    quoted += c;
-  }
-  return quoted + "\"";
-}
 
 std::string FormatMicroseconds(std::int64_t time_us) {
   return fmt::format("{}.{:06}", time_us / 1000000, time_us % 1000000);

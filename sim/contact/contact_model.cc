@@ -40,7 +40,11 @@ void ContactModel::BeginStep(double h, const Bristles& previous) {
 void ContactModel::AddWrenches(Dynamics* dynamics) {
   for (ContactReport& report : reports_) report = ContactReport{};
   bristles_.Clear();
+  bearing_.assign(reports_.size(), 0.0);
   for (std::size_t s = 0; s < sides_.size(); ++s) AddSide(s, dynamics);
+  for (std::size_t i = 0; i < reports_.size(); ++i) {
+    if (bearing_[i] > 0.0) reports_[i].p_W /= bearing_[i];
+  }
   AddGripWrenches(grips_, dynamics);
 }
 
@@ -84,6 +88,9 @@ void ContactModel::AddSide(std::size_t s, Dynamics* dynamics) {
       bristles_.id.push_back(id);
       bristles_.z.push_back(touch.law.bristle());
     }
+    const double force = touch.law.wrench().tail<3>().norm();
+    report.p_W += force * (S.X_WB * touch.law.center());
+    bearing_[static_cast<std::size_t>(side.pair)] += force;
     report.depth = std::max(report.depth, patch.depth);
     state.depth_share = std::max(state.depth_share, patch.depth / side.deepest);
   }

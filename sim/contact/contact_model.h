@@ -27,8 +27,10 @@ struct ContactReport {
   bool active = false;
   Eigen::Vector3d f_W = Eigen::Vector3d::Zero();  // on the first body [N]
   Eigen::Vector3d m_W = Eigen::Vector3d::Zero();  // about the first body's origin [N m]
-  double depth = 0.0;                             // the largest depth of the field that was reached [m]
-  double depth_share = 0.0;                       // of what the thinner body, or the field, has; 1: used up
+  // The mean of its patches' centres, each weighted with the force that its place bears; of no account without one [m].
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();
+  double depth = 0.0;        // the largest depth of the field that was reached [m]
+  double depth_share = 0.0;  // of what the thinner body, or the field, has; 1: used up
 };
 
 // The bristles that are bent, by ascending number of their patch.
@@ -113,6 +115,7 @@ class ContactModel {
   std::vector<NearFacets> near_;
   std::vector<SideState> states_;
   std::vector<ContactReport> reports_;
+  std::vector<double> bearing_;  // scratch of AddWrenches: the weights of the reports' p_W [N]
   struct Noted {
     Pose X_SB;
     double depth_share = 0.0;

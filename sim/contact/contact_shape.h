@@ -24,6 +24,13 @@ struct CapsuleGeometry {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
 };
 
+// Along z, of length 2·half_length, with flat ends.
+struct CylinderGeometry {
+  double radius = 0.0;
+  double half_length = 0.0;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+};
+
 struct BoxGeometry {
   Eigen::Vector3d half = Eigen::Vector3d::Zero();
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
@@ -36,6 +43,7 @@ struct MeshGeometry {
   std::shared_ptr<const PolyhedralField> field = nullptr;  // of one that is convex and not designed, else null
 };
 
-using ContactGeometry = std::variant<HalfSpaceGeometry, SphereGeometry, CapsuleGeometry, BoxGeometry, MeshGeometry>;
+using ContactGeometry =
+    std::variant<HalfSpaceGeometry, SphereGeometry, CapsuleGeometry, CylinderGeometry, BoxGeometry, MeshGeometry>;
 
 }  // namespace knap

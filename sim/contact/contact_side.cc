@@ -33,6 +33,8 @@ bool HasNoField(const ContactGeometry& shape) {
 
 bool IsRound(const ContactGeometry& shape) { return Is<SphereGeometry>(shape) || Is<CapsuleGeometry>(shape); }
 
+bool IsCurved(const ContactGeometry& shape) { return IsRound(shape) || Is<CylinderGeometry>(shape); }
+
 RoundField MakeRound(const ContactGeometry& shape) {
   if (const auto* sphere = std::get_if<SphereGeometry>(&shape)) return {sphere->radius, 0.0, sphere->center};
   const CapsuleGeometry& capsule = std::get<CapsuleGeometry>(shape);
@@ -42,6 +44,9 @@ RoundField MakeRound(const ContactGeometry& shape) {
 // The least half width; infinite where nothing bounds it.
 double CalcHalfWidth(const ContactGeometry& shape) {
   if (IsRound(shape)) return MakeRound(shape).radius;
+  if (const auto* cylinder = std::get_if<CylinderGeometry>(&shape)) {
+    return std::min(cylinder->radius, cylinder->half_length);
+  }
   if (const auto* box = std::get_if<BoxGeometry>(&shape)) return box->half.minCoeff();
   if (const auto* mesh = std::get_if<MeshGeometry>(&shape)) {
     return mesh->field ? mesh->field->deepest : 0.5 * mesh->mesh->bounds().sizes().minCoeff();
@@ -69,6 +74,9 @@ ContactSide MakeSide(const ContactPair& contact, int touching, double share) {
   } else if (IsRound(other)) {
     side.field = MakeRound(other);
     side.deepest = std::min(side.size, 0.5 * CalcHalfWidth(other));
+  } else if (const auto* cylinder = std::get_if<CylinderGeometry>(&other)) {
+    side.field = CylinderField{cylinder->radius, cylinder->half_length, cylinder->center};
+    side.deepest = std::min({side.size, 0.5 * cylinder->radius, cylinder->half_length});
   } else {
     side.field = PolyhedralField::MakeHalfSpace();
   }
@@ -76,6 +84,8 @@ ContactSide MakeSide(const ContactPair& contact, int touching, double share) {
     const RoundField round = MakeRound(shape);
     side.axis = RoundAxis{round.center, round.axis, round.half_length, round.radius};
     if (IsRound(other)) side.deepest = std::min(side.size, 0.5 * (round.radius + CalcHalfWidth(other)));
+  } else if (const auto* cylinder = std::get_if<CylinderGeometry>(&shape)) {
+    side.cylinder = SolidCylinder{cylinder->center, Vector3d::UnitZ(), cylinder->half_length, cylinder->radius};
   } else if (const auto* box = std::get_if<BoxGeometry>(&shape)) {
     side.facets = std::make_shared<ContactMesh>(ContactMesh::MakeBox(box->half, box->center));
   } else {
@@ -99,6 +109,13 @@ bool MayReach(const RoundField& field, const Vector3d& center, double radius) {
   const double along = std::clamp(field.axis.dot(x), -field.half_length, field.half_length);
   const double reach = field.radius + radius;
   return (x - along * field.axis).squaredNorm() < reach * reach;
+}
+
+bool MayReach(const CylinderField& field, const Vector3d& center, double radius) {
+  const Vector3d x = center - field.center;
+  const double along = field.axis.dot(x);
+  const double reach = field.radius + radius;
+  return std::abs(along) < field.half_length + radius && x.squaredNorm() - along * along < reach * reach;
 }
 
 bool MayReach(const DepthField& field, const Vector3d& center, double radius) {
@@ -126,7 +143,8 @@ void CutNearFacets(const ContactSide& side, NearFacets* near, const Pose& X_SB, 
 
 std::string DescribeMeshPair() {
   return fmt::format(
-      "two meshes; one has to be a sphere, capsule, box or half_space, or convex with at most {} faces and not "
+      "two meshes; one has to be a sphere, capsule, cylinder, box or half_space, or convex with at most {} faces and "
+      "not "
       "designed",
       kMostFaces);
 }
@@ -143,11 +161,17 @@ std::vector<ContactSide> MakeSides(const std::vector<ContactPair>& contacts) {
     if (HasNoField(a) && HasNoField(b)) {
       throw std::invalid_argument(fmt::format("contact {}: {}", i, DescribeMeshPair()));
     }
+    if ((Is<CylinderGeometry>(a) && IsCurved(b)) || (Is<CylinderGeometry>(b) && IsCurved(a))) {
+      throw std::invalid_argument(fmt::format(
+          "contact {}: a cylinder and a sphere, a capsule or another cylinder; a cylinder touches a half-space, a box "
+          "or a mesh",
+          i));
+    }
     // What is to have the field comes last.
     const auto rank = [](const ContactGeometry& shape) {
       if (HasNoField(shape)) return 0;
       if (Is<BoxGeometry>(shape) || Is<MeshGeometry>(shape)) return 1;
-      return IsRound(shape) ? 2 : 3;
+      return IsCurved(shape) ? 2 : 3;
     };
     const bool both = rank(a) == rank(b);
     for (int touching = 0; touching < 2; ++touching) {
@@ -165,6 +189,9 @@ NearFacets::NearFacets(const ContactSide& side) {
   if (side.axis) {
     center_B_ = side.axis->center;
     radius_B_ = side.axis->half_length + side.axis->radius;
+  } else if (side.cylinder) {
+    center_B_ = side.cylinder->center;
+    radius_B_ = (1.0 + 1e-9) * std::hypot(side.cylinder->half_length, side.cylinder->radius);
   } else {
     center_B_ = side.facets->bounds().center();
     radius_B_ = (1.0 + 1e-9) * 0.5 * side.facets->bounds().diagonal().norm();
@@ -174,6 +201,11 @@ NearFacets::NearFacets(const ContactSide& side) {
     const Vector3d reach = Vector3d::Constant(round->radius) + (round->half_length * round->axis).cwiseAbs();
     field_ = AlignedBox3d(round->center - reach, round->center + reach);
     radius_S_ = (1.0 + 1e-9) * (round->half_length + round->radius);
+  } else if (const auto* cylinder = std::get_if<CylinderField>(&side.field)) {
+    const Vector3d across = (Vector3d::Ones() - cylinder->axis.cwiseAbs2()).cwiseMax(0.0).cwiseSqrt();
+    const Vector3d reach = cylinder->radius * across + cylinder->half_length * cylinder->axis.cwiseAbs();
+    field_ = AlignedBox3d(cylinder->center - reach, cylinder->center + reach);
+    radius_S_ = (1.0 + 1e-9) * std::hypot(cylinder->half_length, cylinder->radius);
   } else {
     field_ = std::get<PolyhedralField>(side.field).bounds;
     radius_S_ = field_.isEmpty() ? kInfinity : (1.0 + 1e-9) * 0.5 * field_.diagonal().norm();
@@ -221,6 +253,8 @@ void CalcPatches(const ContactSide& side, NearFacets* near, const Pose& X_SB, Si
   out->patches.assign(static_cast<std::size_t>(side.num_cells()), PatchIntegrals{});
   if (side.axis) {
     CalcAxis(side.axis->Move(X_SB), side.field, &out->patches[0], nullptr);
+  } else if (side.cylinder) {
+    CalcCylinder(side.cylinder->Move(X_SB), &out->patches[0], nullptr);
   } else {
     CutNearFacets(side, near, X_SB, &out->facets);
     for (const FacetRegion& region : out->facets.regions) {
@@ -235,9 +269,13 @@ void CalcPatches(const ContactSide& side, NearFacets* near, const Pose& X_SB, Si
 
 void CalcPatchJacobians(const ContactSide& side, SidePatches* out) {
   out->jacobians.assign(out->patches.size(), PatchJacobian::Zero());
-  if (side.axis) {
+  if (side.axis || side.cylinder) {
     PatchIntegrals again;
-    CalcAxis(side.axis->Move(out->X_SB), side.field, &again, &out->jacobians[0]);
+    if (side.axis) {
+      CalcAxis(side.axis->Move(out->X_SB), side.field, &again, &out->jacobians[0]);
+    } else {
+      CalcCylinder(side.cylinder->Move(out->X_SB), &again, &out->jacobians[0]);
+    }
     out->jacobians[0].topRows<6>() *= side.modulus;
     return;
   }

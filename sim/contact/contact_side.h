@@ -2,17 +2,20 @@
 //
 //   a mesh or a box in any field         its facets                                              (facet_integrals.h)
 //   a sphere or a capsule                in a half-space's or a round body's field: its axis      (axis_integrals.h)
+//   a cylinder                           in a half-space's field: its surface                 (cylinder_integrals.h)
 //
 // and the table of pairs, with the share of the modulus E that each direction has. A mesh is one that is designed or
 // not convex; a hull is a convex mesh that is not designed, which has a field (convex_field.h):
 //
 //   any shape and a half-space             the shape in the half-space's field, E
-//   mesh and sphere, capsule, box, hull    the mesh in the shape's field, E
-//   box or hull and sphere, capsule        the box or hull in the round field, E
+//   mesh and sphere, capsule, cylinder, box, hull
+//                                          the mesh in the shape's field, E
+//   box or hull and sphere, capsule, cylinder
+//                                          the box or hull in the shape's field, E
 //   box or hull and box or hull            each in the other's field, E/2
 //   round and round                        each in the other's field, E/2
 //
-// Two meshes, and two half-spaces, do not touch one another.
+// Two meshes, two half-spaces, and a cylinder and a round body or another cylinder do not touch one another.
 #pragma once
 
 #include <Eigen/Dense>
@@ -25,6 +28,7 @@
 #include "sim/contact/axis_integrals.h"
 #include "sim/contact/contact_mesh.h"
 #include "sim/contact/contact_shape.h"
+#include "sim/contact/cylinder_integrals.h"
 #include "sim/contact/depth_field.h"
 #include "sim/contact/patch_law.h"
 #include "sim/math/spatial.h"
@@ -47,8 +51,9 @@ struct ContactSide {
   double size = 0.0;            // the least half width of what meets [m]
   double deepest = 0.0;         // the e at which the thinner of the two is used up [m]
   DepthField field;
-  std::shared_ptr<const ContactMesh> facets;  // null where B is round
+  std::shared_ptr<const ContactMesh> facets;  // null where B is round or a cylinder
   std::optional<RoundAxis> axis;              // in B
+  std::optional<SolidCylinder> cylinder;      // in B
   bool is_designed = false;                   // the facets are a designed mesh's
 
   int num_cells() const { return CountCells(field); }
@@ -57,7 +62,7 @@ struct ContactSide {
 // What is wrong with a contact of two meshes without a field: which other shapes one of them could have.
 std::string DescribeMeshPair();
 
-// In the order of the contacts. Throws std::invalid_argument naming the contact's number for two half-spaces or meshes.
+// In the order of the contacts. Throws std::invalid_argument naming the contact's number for what does not touch.
 std::vector<ContactSide> MakeSides(const std::vector<ContactPair>& contacts);
 
 // The facets of one side near the field. Balls around both tell at once that most pairs are far apart; which facets are
@@ -92,7 +97,7 @@ class NearFacets {
 // One side at one relative pose: what follows is all made from the regions that its facets were cut into.
 struct SidePatches {
   Pose X_SB;
-  FacetRegions facets;                   // none where B is round
+  FacetRegions facets;                   // none where B has no facets
   std::vector<PatchIntegrals> patches;   // one a cell; E is in
   std::vector<PatchJacobian> jacobians;  // likewise
 };

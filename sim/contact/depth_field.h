@@ -3,9 +3,11 @@
 //   half-space, box, convex mesh
 //                      e = min_i (d_i − n_i·x) over its faces; a cell is where one face is nearest, and e linear there
 //   sphere, capsule    e = (r² − |P (x − c)|²)/(2 r), |P (x − c)| the distance from the axis or its nearer end
+//   cylinder           e = min((r² − |P (x − c)|²)/(2 r), H − |a·(x − c)|), distance from the axis, depth under an end
 //
 // The energy of a body B in the field of a body S is E ∫_{B∩S} e dV, so that by the divergence theorem B's surface
-// feels the pressure E e. On round shapes e is the depth to first order, r/2 at the middle.
+// feels the pressure E e. On round shapes e is the depth to first order, r/2 at the middle. A round field is one cell,
+// a cylinder's too.
 #pragma once
 
 #include <Eigen/Core>
@@ -39,6 +41,14 @@ struct RoundField {
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  // unit
 };
 
-using DepthField = std::variant<PolyhedralField, RoundField>;
+// Flat ends at ± half_length along the axis.
+struct CylinderField {
+  double radius = 0.0;
+  double half_length = 0.0;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  // unit
+};
+
+using DepthField = std::variant<PolyhedralField, RoundField, CylinderField>;
 
 }  // namespace knap

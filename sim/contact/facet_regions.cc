@@ -126,57 +126,83 @@ void CutFacet(int number, const Facet& facet, const PolyhedralField& field, Face
   }
 }
 
-// The field of one end's sphere (axial false) or of the cylinder between the ends, over out->polygon.
-void CutRound(int number, const PlaneFrame& plane, const RoundField& field, const Vector3d& c, bool axial,
-              FacetRegions* out) {
-  if (out->polygon.size() < 3) return;
-  const double r = field.radius;
-  const double h = plane.n.dot(plane.o - c);
-  if (std::abs(h) >= r && !axial) return;
-  // The foot of c, and the direction of the axis from it.
-  const Vector2d foot(plane.t.dot(c - plane.o), plane.m.dot(c - plane.o));
-  const Vector2d along = axial ? Vector2d(field.axis.dot(plane.t), field.axis.dot(plane.m)) : Vector2d::Zero();
-  const double length = along.norm();
-  const Vector2d turn = length > 1e-12 ? Vector2d(along / length) : Vector2d::UnitX();
-  out->turned.clear();
-  for (const Vector2d& x : out->polygon.corner) {
-    const Vector2d s = x - foot;
-    out->turned.emplace_back(turn.dot(s), turn.x() * s.y() - turn.y() * s.x());
-  }
-  Conic conic{r * r - h * h, 1.0, 0.0};
-  if (axial) {
-    const double upright = field.axis.dot(plane.n);
-    conic = {r * r, upright, h * length};
-  }
-  const PlanarMoments moments = CalcConicMoments(out->turned, conic);
-  if (!(moments.area() > 0.0)) return;
+// The plane's own coordinates about a centre c: the origin at its foot, u along the axis's trace.
+struct RoundCoordinates {
+  double h = 0.0;        // of the plane above c, along its normal
+  double upright = 0.0;  // the axis's part along the normal
+  double length = 0.0;   // and in the plane, ≥ 0
+  Vector2d foot, turn;
 
-  FacetRegion& region = out->regions.emplace_back();
-  region.facet = number;
-  region.cell = 0;
-  PlaneFrame& f = region.frame;
-  f.n = plane.n;
-  f.o = c + h * plane.n;
-  f.t = turn.x() * plane.t + turn.y() * plane.m;
-  f.m = turn.x() * plane.m - turn.y() * plane.t;
-  region.moments = moments;
-  Matrix3d P = Matrix3d::Identity();
-  if (axial) P -= field.axis * field.axis.transpose();
+  RoundCoordinates(const PlaneFrame& plane, const Vector3d& c, const Vector3d& axis)
+      : h(plane.n.dot(plane.o - c)), upright(axis.dot(plane.n)), foot(plane.Locate(c)) {
+    const Vector2d along(axis.dot(plane.t), axis.dot(plane.m));
+    length = along.norm();
+    turn = length > 1e-12 ? Vector2d(along / length) : Vector2d::UnitX();
+  }
+  void Turn(const WalledPolygon& polygon, std::vector<Vector2d>* out) const {
+    out->clear();
+    for (const Vector2d& x : polygon.corner) {
+      const Vector2d s = x - foot;
+      out->emplace_back(turn.dot(s), turn.x() * s.y() - turn.y() * s.x());
+    }
+  }
+  PlaneFrame Turn(const PlaneFrame& plane, const Vector3d& c) const {
+    return {c + h * plane.n, turn.x() * plane.t + turn.y() * plane.m, turn.x() * plane.m - turn.y() * plane.t, plane.n};
+  }
+};
+
+// (r² − |P (x − c)|²)/(2 r) on a plane.
+FieldOnPlane MakeRoundField(const PlaneFrame& f, const Vector3d& c, const Matrix3d& P, double r) {
+  FieldOnPlane out;
   const Vector3d off = P * (f.o - c);
   const Vector3d Pt = P * f.t;
   const Vector3d Pm = P * f.m;
-  region.field.e << r * r - off.squaredNorm(), -2.0 * off.dot(f.t), -2.0 * off.dot(f.m), -Pt.dot(f.t),
-      -2.0 * Pt.dot(f.m), -Pm.dot(f.m);
-  region.field.e /= 2.0 * r;
-  region.field.gradient << -off / r, -Pt / r, -Pm / r;
+  out.e << r * r - off.squaredNorm(), -2.0 * off.dot(f.t), -2.0 * off.dot(f.m), -Pt.dot(f.t), -2.0 * Pt.dot(f.m),
+      -Pm.dot(f.m);
+  out.e /= 2.0 * r;
+  out.gradient << -off / r, -Pt / r, -Pm / r;
+  return out;
+}
+
+FacetRegion* AddRoundRegion(int number, const PlanarMoments& moments, const PlaneFrame& frame,
+                            const FieldOnPlane& field, FacetRegions* out) {
+  if (!(moments.area() > 0.0)) return nullptr;
+  FacetRegion& region = out->regions.emplace_back();
+  region.facet = number;
+  region.frame = frame;
+  region.field = field;
+  region.moments = moments;
+  return &region;
+}
+
+Matrix3d ProjectAcross(const Vector3d& axis) { return Matrix3d::Identity() - axis * axis.transpose(); }
+
+// The field of one end's sphere (axial false) or of the cylinder between the ends, over out->polygon.
+FacetRegion* CutRound(int number, const PlaneFrame& plane, double r, const Vector3d& axis, const Vector3d& c,
+                      bool axial, FacetRegions* out) {
+  if (out->polygon.size() < 3) return nullptr;
+  if (!axial && std::abs(plane.n.dot(plane.o - c)) >= r) return nullptr;
+  const RoundCoordinates at(plane, c, axial ? axis : Vector3d::Zero());
+  const Conic conic =
+      axial ? Conic::Around(r * r, at.upright, at.h * at.length) : Conic::Around(r * r - at.h * at.h, 1.0, 0.0);
+  const PlaneFrame frame = at.Turn(plane, c);
+  at.Turn(out->polygon, &out->turned);
+  FacetRegion* region =
+      AddRoundRegion(number, CalcConicMoments(out->turned, conic), frame,
+                     MakeRoundField(frame, c, axial ? ProjectAcross(axis) : Matrix3d(Matrix3d::Identity()), r), out);
+  if (region == nullptr) return nullptr;
   // Estimated from the mean e over the region: a paraboloid's peak is twice that, a ridge's 1.5 times.
-  const double mean = region.field.e.dot(moments.MakeGram().col(0)) / moments.area();
-  region.depth = std::min(2.0 * mean, 0.5 * r);
+  const double mean = region->field.e.dot(region->moments.MakeGram().col(0)) / region->moments.area();
+  region->depth = std::min(2.0 * mean, 0.5 * r);
+  return region;
 }
 
 void CutFacet(int number, const Facet& facet, const RoundField& field, FacetRegions* out) {
   StartPolygon(facet, &out->polygon);
-  if (field.half_length == 0.0) return CutRound(number, facet.frame, field, field.center, false, out);
+  if (field.half_length == 0.0) {
+    CutRound(number, facet.frame, field.radius, field.axis, field.center, false, out);
+    return;
+  }
   // How far a point lies beyond the middle, along the axis.
   const Linear along = Project(field.axis, facet.frame) - Linear{field.axis.dot(field.center), 0.0, 0.0};
   const Linear half{field.half_length, 0.0, 0.0};
@@ -184,12 +210,95 @@ void CutFacet(int number, const Facet& facet, const RoundField& field, FacetRegi
   for (const double end : {1.0, -1.0}) {
     StartPolygon(facet, &out->polygon);
     Clip((end > 0.0 ? along : back) - half, -1, out);
-    CutRound(number, facet.frame, field, field.center + end * field.half_length * field.axis, false, out);
+    const Vector3d center = field.center + end * field.half_length * field.axis;
+    CutRound(number, facet.frame, field.radius, field.axis, center, false, out);
   }
   StartPolygon(facet, &out->polygon);
   Clip(half - along, -1, out);
   Clip(half - back, -1, out);
-  CutRound(number, facet.frame, field, field.center, true, out);
+  CutRound(number, facet.frame, field.radius, field.axis, field.center, true, out);
+}
+
+double CalcDepth(const CylinderField& field, const Vector3d& x) {
+  const Vector3d d = x - field.center;
+  const double along = field.axis.dot(d);
+  const double across2 = d.squaredNorm() - along * along;
+  return std::min((field.radius * field.radius - across2) / (2.0 * field.radius), field.half_length - std::abs(along));
+}
+
+// e is concave on the facet: the largest of its values at the corners, at their middle and where the plane is nearest
+// to the axis, which is at most the peak and, but for slanted small facets, near it.
+double EstimateDepth(const CylinderField& field, const PlaneFrame& plane, const WalledPolygon& polygon) {
+  double depth = 0.0;
+  Vector2d middle = Vector2d::Zero();
+  for (const Vector2d& x : polygon.corner) {
+    depth = std::max(depth, CalcDepth(field, plane.Place(x)));
+    middle += x / polygon.size();
+  }
+  depth = std::max(depth, CalcDepth(field, plane.Place(middle)));
+  // The axis meets the plane, or runs beside it.
+  const double upright = field.axis.dot(plane.n);
+  const double h = plane.n.dot(plane.o - field.center);
+  const double along = std::abs(upright) > 1e-6 ? std::clamp(h / upright, -field.half_length, field.half_length) : 0.0;
+  Vector3d x = field.center + along * field.axis;
+  x -= plane.n.dot(x - plane.o) * plane.n;
+  const Vector2d s = plane.Locate(x);
+  for (int k = 0; k < polygon.size(); ++k) {
+    const Vector2d edge = polygon.corner[(k + 1) % polygon.size()] - polygon.corner[k];
+    const Vector2d to = s - polygon.corner[k];
+    if (edge.x() * to.y() - edge.y() * to.x() < 0.0) return depth;
+  }
+  return std::max(depth, CalcDepth(field, x));
+}
+
+// Where the depth under the end `end` (±1) is less than that under the side, the difference of the two, l − q ≤ 0, is
+// added over out->polygon: it is zero on the curve where they are equal.
+void CutEnd(int number, const PlaneFrame& plane, const CylinderField& field, double end, FacetRegions* out) {
+  // An ellipse longer than this many times its width is taken for open: the facet's part under the end reaches over at
+  // most r/2 along the axis, and sees its nearer vertex alone.
+  constexpr double kOpen = 0.1;
+  if (out->polygon.size() < 3) return;
+  const double r = field.radius;
+  const double H = field.half_length;
+  const RoundCoordinates at(plane, field.center, field.axis);
+  const double beta = at.h * at.length;
+  // 2 r (q − l) with l = H − end (h upright + u length).
+  Conic conic = Conic::Around(r * r, at.upright, beta);
+  conic.c += 2.0 * r * (end * at.h * at.upright - H);
+  conic.b += r * end * at.length;
+  conic.is_open = std::abs(at.upright) < kOpen;
+  const PlaneFrame frame = at.Turn(plane, field.center);
+  FieldOnPlane e = MakeRoundField(frame, field.center, ProjectAcross(field.axis), r);
+  e.e *= -1.0;
+  e.gradient *= -1.0;
+  e.e(0) += H - end * field.axis.dot(frame.o - field.center);
+  e.e(1) -= end * field.axis.dot(frame.t);
+  e.e(2) -= end * field.axis.dot(frame.m);
+  e.gradient.col(0) -= end * field.axis;
+  at.Turn(out->polygon, &out->turned);
+  AddRoundRegion(number, CalcConicMoments(out->turned, conic), frame, e, out);
+}
+
+void CutFacet(int number, const Facet& facet, const CylinderField& field, FacetRegions* out) {
+  const Linear along = Project(field.axis, facet.frame) - Linear{field.axis.dot(field.center), 0.0, 0.0};
+  const Linear half{field.half_length, 0.0, 0.0};
+  const Linear back = Linear{} - along;
+  const auto start_inside = [&] {
+    StartPolygon(facet, &out->polygon);
+    Clip(half - along, -1, out);
+    Clip(half - back, -1, out);
+  };
+  start_inside();
+  FacetRegion* side = CutRound(number, facet.frame, field.radius, field.axis, field.center, true, out);
+  if (side == nullptr) return;
+  side->depth = EstimateDepth(field, facet.frame, out->polygon);
+  // Under the side e is at most r/2: nearer to the middle than that no end is nearer than the side.
+  const Linear from{std::max(0.0, field.half_length - 0.5 * field.radius), 0.0, 0.0};
+  for (const double end : {1.0, -1.0}) {
+    start_inside();
+    Clip((end > 0.0 ? along : back) - from, -1, out);
+    CutEnd(number, facet.frame, field, end, out);
+  }
 }
 
 }  // namespace

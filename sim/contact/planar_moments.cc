@@ -29,10 +29,9 @@ struct Portion {
 bool FindPortion(const Vector2d& p, const Vector2d& q, const Conic& conic, Portion* out) {
   const Vector2d d = q - p;
   const double slope = conic.alpha * d.x();
-  const double along = conic.alpha * p.x() - conic.beta;
   const double a = -(d.y() * d.y() + slope * slope);
-  const double b = -(p.y() * d.y() + along * slope);
-  const double c = conic.r2 - p.y() * p.y() - along * along;
+  const double b = conic.b * d.x() - p.y() * d.y() - conic.alpha * p.x() * slope;
+  const double c = conic.At(p);
   double t1 = 0.0;
   double t2 = 1.0;
   if (a < 0.0) {
@@ -108,6 +107,17 @@ void PlanarMoments::AddArc(double center_u, double a, double b, double begin, do
   }
 }
 
+void PlanarMoments::AddOpenArc(double vertex, double R, double sign, double alpha2, double begin, double end) {
+  const double middle = 0.5 * (begin + end);
+  const double half = 0.5 * (end - begin);
+  for (int g = 0; g < 8; ++g) {
+    const double sigma = middle + (g < 4 ? -half : half) * kArcAt[g % 4];
+    const double root = std::sqrt(1.0 - alpha2 * sigma * sigma);
+    const double dw = 2.0 * R * (1.0 - 2.0 * alpha2 * sigma * sigma) / root;
+    Add<kDegree>(vertex + sign * 2.0 * R * sigma * sigma, 2.0 * R * sigma * root, dw * half * kArcWeight[g % 4]);
+  }
+}
+
 Eigen::Matrix<double, 6, 6> PlanarMoments::MakeGram() const {
   // Where the product of two monomials stands among the moments.
   constexpr std::array<int, 36> kIndex = {0, 1, 2, 3,  4,  5,  1, 3, 4, 6,  7,  8,  2, 4, 5, 7,  8,  9,
@@ -123,36 +133,80 @@ PlanarMoments CalcPolygonMoments(PlanePolygon polygon) {
   return moments;
 }
 
+namespace {
+
+// The arcs of one conic.
+class ConicArcs {
+ public:
+  explicit ConicArcs(const Conic& conic) : conic_(conic), alpha2_(conic.alpha * conic.alpha) {
+    is_strip_ = !conic.is_open && std::abs(conic.alpha) < kParallel;
+    if (is_strip_) {
+      half_width2_ = conic.c;
+    } else if (conic.is_open) {
+      R_ = std::sqrt(std::max(0.0, conic.b * conic.b + alpha2_ * conic.c));
+      sign_ = conic.b < 0.0 ? -1.0 : 1.0;
+      vertex_ = -conic.c / (conic.b + sign_ * R_);
+      half_width2_ = R_;
+    } else {
+      center_u_ = conic.b / alpha2_;
+      half_width2_ = conic.c + conic.b * center_u_;
+      b_ = std::sqrt(std::max(0.0, half_width2_));
+      a_ = b_ / std::abs(conic.alpha);
+    }
+  }
+
+  bool exists() const { return half_width2_ > 0.0; }
+  // Whether the conic bounds a region of its own, and then its middle.
+  bool is_closed() const { return !is_strip_ && !conic_.is_open; }
+  Vector2d center() const { return {center_u_, 0.0}; }
+  void AddAll(PlanarMoments* out) const { out->AddArc(center_u_, a_, b_, 0.0, 2.0 * std::numbers::pi); }
+
+  // From p to q, both on it, with the region to the left. A strip's own sides run along u: nothing of ∮ … dw comes from
+  // them.
+  void AddBetween(const Vector2d& p, const Vector2d& q, PlanarMoments* out) const {
+    if (is_strip_) return;
+    if (conic_.is_open) return out->AddOpenArc(vertex_, R_, sign_, alpha2_, Sigma(p), Sigma(q));
+    const auto angle = [&](const Vector2d& x) { return std::atan2(x.y() / b_, (x.x() - center_u_) / a_); };
+    const double begin = angle(p);
+    double span = angle(q) - begin;
+    if (span < 0.0) span += 2.0 * std::numbers::pi;
+    // Where the two points are one up to rounding there is no arc, and none all the way around.
+    if (span > 2.0 * std::numbers::pi - 1e-9) return;
+    out->AddArc(center_u_, a_, b_, begin, span);
+  }
+
+ private:
+  // The cosine of the angle from the nearer vertex is (b − alpha² u)/R.
+  double Sigma(const Vector2d& x) const {
+    const double cosine = sign_ * (conic_.b - alpha2_ * x.x()) / R_;
+    return x.y() / (2.0 * R_ * std::sqrt(std::max(0.5, 0.5 + 0.5 * cosine)));
+  }
+
+  const Conic& conic_;
+  double alpha2_;
+  bool is_strip_ = false;
+  double half_width2_ = 0.0;                    // > 0 where there is anything inside
+  double center_u_ = 0.0, a_ = 0.0, b_ = 0.0;   // of an ellipse
+  double vertex_ = 0.0, R_ = 0.0, sign_ = 1.0;  // of an open conic
+};
+
+}  // namespace
+
 PlanarMoments CalcConicMoments(PlanePolygon polygon, const Conic& conic) {
   PlanarMoments moments;
-  if (!(conic.r2 > 0.0)) return moments;
+  const ConicArcs arcs(conic);
+  if (!arcs.exists()) return moments;
   // Both are convex: where all corners are inside, all is, and nothing is cut.
-  const bool inside = std::all_of(polygon.begin(), polygon.end(), [&](const Vector2d& x) {
-    const double along = conic.alpha * x.x() - conic.beta;
-    return conic.r2 - x.y() * x.y() - along * along > 0.0;
-  });
-  if (inside) {
+  if (std::all_of(polygon.begin(), polygon.end(), [&](const Vector2d& x) { return conic.At(x) > 0.0; })) {
     for (std::size_t k = 0; k < polygon.size(); ++k) {
       moments.AddEdge<PlanarMoments::kDegree>(polygon[k], GetNext(polygon, k));
     }
     return moments;
   }
-  const double b = std::sqrt(conic.r2);
-  const bool is_strip = std::abs(conic.alpha) < kParallel;
-  // A strip's own sides run along u: nothing of ∮ … dw comes from them.
-  const double a = is_strip ? 0.0 : b / std::abs(conic.alpha);
-  const double center_u = is_strip ? 0.0 : conic.beta / conic.alpha;
   // A portion, and the arc from its end to where the next one begins.
   const auto add = [&](const Portion& portion, const Portion& next) {
     moments.AddEdge<PlanarMoments::kDegree>(portion.begin, portion.end);
-    if (is_strip || !(portion.leaves || next.enters)) return;
-    const auto angle = [&](const Vector2d& x) { return std::atan2(x.y() / b, (x.x() - center_u) / a); };
-    const double begin = angle(portion.end);
-    double span = angle(next.begin) - begin;
-    if (span < 0.0) span += 2.0 * std::numbers::pi;
-    // Where the two points are one up to rounding there is no arc, and none all the way around.
-    if (span > 2.0 * std::numbers::pi - 1e-9) return;
-    moments.AddArc(center_u, a, b, begin, span);
+    if (portion.leaves || next.enters) arcs.AddBetween(portion.end, next.begin, &moments);
   };
   Portion first;
   Portion last;
@@ -170,8 +224,8 @@ PlanarMoments CalcConicMoments(PlanePolygon polygon, const Conic& conic) {
   }
   if (meets) {
     add(last, first);
-  } else if (!is_strip && Contains(polygon, Vector2d(center_u, 0.0))) {
-    moments.AddArc(center_u, a, b, 0.0, 2.0 * std::numbers::pi);
+  } else if (arcs.is_closed() && Contains(polygon, arcs.center())) {
+    arcs.AddAll(&moments);
   }
   return moments;
 }

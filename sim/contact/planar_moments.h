@@ -7,9 +7,10 @@
 //
 // The region is a convex polygon, whole or cut by the conic
 //
-//   q(u, w) = r² − w² − (alpha u − beta)² > 0                                                    (where a field is > 0)
+//   q(u, w) = c + 2 b u − alpha² u² − w² > 0                                      (where a field is > 0, or the lesser)
 //
-// a disc for alpha = 1; an ellipse where a plane cuts a cylinder slantwise; a strip where alpha → 0.
+// A disc for alpha = 1; an ellipse where a plane cuts a cylinder slantwise, a strip where alpha and b → 0; a parabola
+// where alpha → 0 and b does not.
 #pragma once
 
 #include <Eigen/Core>
@@ -37,6 +38,8 @@ class PlanarMoments {
   void AddEdge(const Eigen::Vector2d& p, const Eigen::Vector2d& q);
   // Its arc center + (a cos φ, b sin φ), φ from `begin` on by `span` ≥ 0.
   void AddArc(double center_u, double a, double b, double begin, double span);
+  // Likewise of an open conic, from σ = begin to end: u = vertex + 2 R σ² sign, w = 2 R σ √(1 − alpha² σ²).
+  void AddOpenArc(double vertex, double R, double sign, double alpha2, double begin, double end);
 
   // Sums of two monomials' powers: element (α, β) is ∫ s^α s^β dA over the six monomials of degree up to 2.
   Eigen::Matrix<double, 6, 6> MakeGram() const;
@@ -48,9 +51,15 @@ class PlanarMoments {
 };
 
 struct Conic {
-  double r2 = 0.0;  // r²; negative where the plane misses the field
+  double c = 0.0;
+  double b = 0.0;
   double alpha = 1.0;
-  double beta = 0.0;
+  // A parabola, or an ellipse that is so long that only the half towards its nearer vertex reaches the polygon.
+  bool is_open = false;
+
+  // q = r² − w² − (alpha u − beta)².
+  static Conic Around(double r2, double alpha, double beta) { return {r2 - beta * beta, alpha * beta, alpha, false}; }
+  double At(const Eigen::Vector2d& x) const { return c + x.x() * (2.0 * b - alpha * alpha * x.x()) - x.y() * x.y(); }
 };
 
 // A convex polygon's corners, counter-clockwise.

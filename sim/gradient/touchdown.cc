@@ -67,6 +67,13 @@ NearestPoint FindNearest(const ContactGeometry& shape, const Vector3d& c) {
                                  const double z = std::clamp(c.z() - s.center.z(), -s.half_length, s.half_length);
                                  return NearestPoint{s.center + z * Vector3d::UnitZ(), s.radius};
                                },
+                               [&](const CylinderGeometry& s) {
+                                 const Vector3d d = c - s.center;
+                                 Eigen::Vector2d across = d.head<2>();
+                                 if (across.norm() > s.radius) across *= s.radius / across.norm();
+                                 const double z = std::clamp(d.z(), -s.half_length, s.half_length);
+                                 return NearestPoint{s.center + Vector3d(across.x(), across.y(), z)};
+                               },
                                [&](const BoxGeometry& s) {
                                  return NearestPoint{s.center + (c - s.center).cwiseMax(-s.half).cwiseMin(s.half)};
                                },

@@ -55,6 +55,7 @@ Trajectory Simulator::Run(const VectorXd& q0, const VectorXd& v0, const Simulati
   NoteContacts(0.0, &trajectory);
   contacts_->NotePoses();
   trajectory.certificate.contact_onsets = 0;  // what touches from the start has no onset
+  if (observer) observer(0.0);
   trajectory.memory_ = options.memory;
   trajectory.blocks_.front().seed = trajectory.MakeSeed();
   for (int n = 0; n < options.steps; n += kStepsPerBlock) {

@@ -71,8 +71,8 @@ class Simulator {
   Trajectory Run(const Eigen::VectorXd& q0, const Eigen::VectorXd& v0, const SimulationOptions& options,
                  const ControlSequence& controls = {}, Feedback* feedback = nullptr);
 
-  // Called after every accepted step with the kinematics and contact reports of the state that it led to; for books and
-  // tests.
+  // Called at the start and after every accepted step, with the kinematics and contact reports of that state; for
+  // recordings, books and tests.
   std::function<void(double time)> observer;
 
  private:

@@ -38,24 +38,29 @@ double CalcBallRadius(const Matrix6d& M) {
 }  // namespace
 
 StepControl::Ball StepControl::Enclose(const ContactGeometry& shape) {
-  return std::visit(Overloaded{[](const HalfSpaceGeometry&) {
-                                 return Ball{true, false, Vector3d::Zero(), 0.0, kInfinity};
-                               },
-                               [](const SphereGeometry& s) {
-                                 return Ball{false, s.center.isZero(0.0), s.center, s.radius, s.radius};
-                               },
-                               [](const CapsuleGeometry& s) {
-                                 return Ball{false, false, s.center, s.radius + s.half_length, s.radius};
-                               },
-                               [](const BoxGeometry& s) {
-                                 return Ball{false, false, s.center, s.half.norm(), s.half.minCoeff()};
-                               },
-                               [](const MeshGeometry& s) {
-                                 const Eigen::AlignedBox3d& box = s.mesh->bounds();
-                                 const double half_width = s.field ? s.field->deepest : 0.5 * box.sizes().minCoeff();
-                                 return Ball{false, false, box.center(), 0.5 * box.diagonal().norm(), half_width};
-                               }},
-                    shape);
+  return std::visit(
+      Overloaded{
+          [](const HalfSpaceGeometry&) {
+            return Ball{true, false, Vector3d::Zero(), 0.0, kInfinity};
+          },
+          [](const SphereGeometry& s) {
+            return Ball{false, s.center.isZero(0.0), s.center, s.radius, s.radius};
+          },
+          [](const CapsuleGeometry& s) {
+            return Ball{false, false, s.center, s.radius + s.half_length, s.radius};
+          },
+          [](const CylinderGeometry& s) {
+            return Ball{false, false, s.center, std::hypot(s.half_length, s.radius), std::min(s.half_length, s.radius)};
+          },
+          [](const BoxGeometry& s) {
+            return Ball{false, false, s.center, s.half.norm(), s.half.minCoeff()};
+          },
+          [](const MeshGeometry& s) {
+            const Eigen::AlignedBox3d& box = s.mesh->bounds();
+            const double half_width = s.field ? s.field->deepest : 0.5 * box.sizes().minCoeff();
+            return Ball{false, false, box.center(), 0.5 * box.diagonal().norm(), half_width};
+          }},
+      shape);
 }
 
 StepControl::StepControl(const Tree& tree, const std::vector<ContactPair>& contacts) {

@@ -41,6 +41,11 @@ std::optional<UnitBody> MakeUnitBody(const std::optional<Shape>& shape) {
     const Vector3d s2 = box->size.cwiseAbs2() / 12.0;
     return UnitBody{box->size.prod(), box->center, Vector3d(s2.y() + s2.z(), s2.x() + s2.z(), s2.x() + s2.y())};
   }
+  if (const auto* cylinder = std::get_if<CylinderShape>(&*shape)) {
+    const double r2 = cylinder->radius * cylinder->radius;
+    const double across = cylinder->length * cylinder->length / 12.0 + r2 / 4.0;
+    return UnitBody{std::numbers::pi * r2 * cylinder->length, cylinder->center, Vector3d(across, across, 0.5 * r2)};
+  }
   if (const auto* capsule = std::get_if<CapsuleShape>(&*shape)) {
     const double r = capsule->radius;
     const double l = capsule->length;
@@ -75,7 +80,8 @@ Matrix6d MakeInertia(const Body& body, const MassProperties* of_unit_density) {
     const std::optional<UnitBody> unit = MakeUnitBody(body.shape);
     if (!unit) {
       throw std::runtime_error(fmt::format(
-          "body '{}': a solid inertia needs a sphere, capsule, box or mesh as shape; give it explicitly", body.name));
+          "body '{}': a solid inertia needs a sphere, capsule, cylinder, box or mesh as shape; give it explicitly",
+          body.name));
     }
     const double mass = mass_of_volume(unit->volume);
     const Vector3d moments = mass * unit->moments_per_mass;

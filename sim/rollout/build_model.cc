@@ -254,6 +254,9 @@ ContactGeometry MakeGeometry(const Shape& shape, const MeshGeometry& mesh) {
                                [](const CapsuleShape& s) -> ContactGeometry {
                                  return CapsuleGeometry{s.radius, 0.5 * s.length, s.center};
                                },
+                               [](const CylinderShape& s) -> ContactGeometry {
+                                 return CylinderGeometry{s.radius, 0.5 * s.length, s.center};
+                               },
                                [](const BoxShape& s) -> ContactGeometry {
                                  return BoxGeometry{0.5 * s.size, s.center};
                                },

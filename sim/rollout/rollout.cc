@@ -36,11 +36,10 @@ SimulationOptions MakeOptions(const Rollout& rollout) {
   return options;
 }
 
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
 // Of a rollout that failed. Who asks for a gradient gets one of its size: the protocol holds every other for an error.
-void SetUnknown(const RolloutInput& input, RolloutOutput* out) {
-  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-  out->loss = kUnknown;
-  out->certificate.finite = false;
+void SetGradientUnknown(const RolloutInput& input, RolloutOutput* out) {
   if (!input.want_gradient) return;
   out->gradient = VectorXd::Constant(input.theta.size(), kUnknown);
   out->control_gradient = VectorXd::Constant(input.controls.size(), kUnknown);
@@ -69,8 +68,7 @@ std::shared_ptr<const DesignedShapes> RolloutModel::GetShapes(const VectorXd& th
 }
 
 RolloutModel::Simulated RolloutModel::Simulate(const VectorXd& theta, const VectorXd& controls,
-                                               const std::vector<double>& variation,
-                                               const std::function<void(int)>& progress, bool finer) {
+                                               const std::vector<double>& variation, const Manner& manner) {
   Simulated s;
   s.scene = Scene(scene_);  // of a copied variant GCC 12 warns that it is uninitialized; not of a moved one
   ApplyVariation(s.scene, variation);
@@ -87,11 +85,12 @@ RolloutModel::Simulated RolloutModel::Simulate(const VectorXd& theta, const Vect
   s.dynamics = std::make_unique<Dynamics>(s.model.tree);
   s.contacts = std::make_unique<ContactModel>(s.model.contacts, s.model.grips);
   SimulationOptions options = MakeOptions(s.scene.rollout);
-  options.progress = progress;
-  if (finer) options.tolerance *= 0.25;
-  s.trajectory = std::make_unique<Trajectory>(
-      Simulator(s.dynamics.get(), s.contacts.get())
-          .Run(s.model.q0, s.model.v0, options, MakeControlSequence(s.scene, s.model, s.commands), s.policy.get()));
+  options.progress = manner.progress;
+  if (manner.finer) options.tolerance *= 0.25;
+  Simulator simulator(s.dynamics.get(), s.contacts.get());
+  if (manner.observe) simulator.observer = [&](double time) { manner.observe(s, time); };
+  s.trajectory = std::make_unique<Trajectory>(simulator.Run(
+      s.model.q0, s.model.v0, options, MakeControlSequence(s.scene, s.model, s.commands), s.policy.get()));
   return s;
 }
 
@@ -234,6 +233,23 @@ double RolloutModel::Evaluate(const Simulated& s, const Reference* reference, Co
   return loss;
 }
 
+void RolloutModel::Judge(const Simulated& s, const Reference* reference, Cotangents* bar, RolloutOutput* out) const {
+  out->certificate = s.trajectory->certificate;
+  out->steps = out->certificate.steps;
+  if (reference != nullptr && reference->paths.size() != s.scene.loss.distillation.size()) {
+    out->certificate.converged = false;
+  }
+  if (!out->certificate.converged) {
+    out->certificate.finite = false;
+    out->loss = kUnknown;
+    return;
+  }
+  out->loss = Evaluate(s, reference, bar);
+  out->distrust = FindDistrust(s);
+  out->success = s.scene.success && out->distrust.empty() && TestSuccess(s);
+  out->certificate.finite = std::isfinite(out->loss);
+}
+
 RolloutModel::Gradient RolloutModel::CalcGradient(const VectorXd& controls, const Simulated& s, Cotangents bar,
                                                   TimeNodes nodes) const {
   Gradient out;
@@ -310,7 +326,7 @@ void RolloutModel::AddGradient(const RolloutInput& input, const Simulated& s, co
   if (compares_frozen) out->touchdown_share = (g - frozen).norm() / size;
   if (gradient.touchdowns >= kLeastCascade && out->touchdown_share > demand.touchdown) doubt("touchdowns");
   if (demand.compare != GradientComparison::kFiner || !chosen_steps) return;
-  const Simulated finer = Simulate(input.theta, input.controls, input.variation, {}, true);
+  const Simulated finer = Simulate(input.theta, input.controls, input.variation, {.finer = true});
   Cotangents bar_finer;
   out->gradient_change = std::numeric_limits<double>::infinity();
   if (finer.trajectory->certificate.converged) {
@@ -342,31 +358,28 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
   if (!failure.empty()) {
     RolloutOutput out;
     out.certificate.converged = out.gradient_reliable = false;
+    out.certificate.finite = false;
     out.failure = std::move(failure);
-    SetUnknown(input, &out);
+    out.loss = kUnknown;
+    SetGradientUnknown(input, &out);
     forward_s = clock ? clock() - start : 0.0;
     gradient_s = 0.0;
     return out;
   }
   const Reference* reference = distill ? &GetReference(input) : nullptr;
   const int total = static_cast<int>(std::llround(scene_.rollout.horizon / scene_.rollout.step));
-  const Simulated s = Simulate(input.theta, input.controls, input.variation,
-                               progress ? [&](int done) { progress(done, total); } : std::function<void(int)>());
+  Manner manner;
+  if (progress) manner.progress = [&](int done) { progress(done, total); };
+  const Simulated s = Simulate(input.theta, input.controls, input.variation, manner);
   RolloutOutput out;
-  out.certificate = s.trajectory->certificate;
-  out.steps = s.trajectory->certificate.steps;
-  if (distill && reference->paths.size() != s.scene.loss.distillation.size()) out.certificate.converged = false;
+  Cotangents bar;
+  Judge(s, reference, &bar, &out);
   if (!out.certificate.converged) {
-    SetUnknown(input, &out);
+    SetGradientUnknown(input, &out);
     forward_s = clock ? clock() - start : 0.0;
     gradient_s = 0.0;
     return out;
   }
-  Cotangents bar;
-  out.loss = Evaluate(s, reference, &bar);
-  out.distrust = FindDistrust(s);
-  out.success = s.scene.success && out.distrust.empty() && TestSuccess(s);
-  out.certificate.finite = std::isfinite(out.loss);
   const double middle = clock ? clock() : 0.0;
   forward_s = middle - start;
   if (input.want_gradient) AddGradient(input, s, reference, bar, &out);
@@ -379,21 +392,6 @@ BodyPath RolloutModel::Trace(const RolloutInput& input, const std::string& body)
   RequireSound(input.theta);
   const Simulated s = Simulate(input.theta, input.controls, input.variation, {});
   return TraceBody(*s.trajectory, s.model.body_index.at(body), s.dynamics.get());
-}
-
-RopeStills RolloutModel::TraceRope(const RolloutInput& input, const std::string& rope) {
-  CheckInput(input);
-  RequireSound(input.theta);
-  const Simulated s = Simulate(input.theta, input.controls, input.variation, {});
-  const auto look = [&](int state) {
-    s.dynamics->CalcKinematics(s.trajectory->q(state), s.trajectory->v(state), s.trajectory->vdot(state),
-                               s.trajectory->time(state));
-    RopeStill still{{}, s.model.tree.gravity};
-    for (const int i : s.model.links.at(rope)) still.X_WL.push_back(s.dynamics->kinematics()[i].X_WB);
-    return still;
-  };
-  const bool success = s.trajectory->certificate.converged && s.scene.success && TestSuccess(s);
-  return {look(0), look(s.trajectory->size() - 1), success};
 }
 
 }  // namespace knap

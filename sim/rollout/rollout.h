@@ -19,6 +19,7 @@
 #include "sim/rollout/build_policy.h"
 #include "sim/rollout/control_commands.h"
 #include "sim/rollout/loss_terms.h"
+#include "sim/rollout/recording.h"
 #include "sim/rollout/scene_design.h"
 #include "sim/scenarios/scene.h"
 
@@ -61,15 +62,9 @@ struct RolloutOutput {
   std::string failure{};
 };
 
-// A rope at one instant.
-struct RopeStill {
-  std::vector<Pose> X_WL;     // of its links
-  Eigen::Vector3d gravity_W;  // [m/s²]
-};
-
-struct RopeStills {
-  RopeStill start, end;
-  bool success = false;
+struct RecordedRollout {
+  Recording recording;
+  RolloutOutput output;  // without gradients; the recording of one that did not converge ends where it stopped
 };
 
 class RolloutModel {
@@ -86,10 +81,11 @@ class RolloutModel {
   // mesh is an outcome, see RolloutOutput::failure. `progress` may be empty.
   RolloutOutput Run(const RolloutInput& input, const std::function<void(int done, int total)>& progress);
 
-  // Without any loss, for pictures, at theta, controls and variation of `input`: the path of one body, a rope. Throw
-  // std::invalid_argument, also when theta folds a mesh.
+  // For pictures, at theta, controls and variation of `input`. Throw std::invalid_argument, also when theta folds a
+  // mesh. The path of one body, without any loss; and all that can be seen, at the start and at the first accepted step
+  // at or after each multiple of `period` [s], 0: at every step.
   BodyPath Trace(const RolloutInput& input, const std::string& body);
-  RopeStills TraceRope(const RolloutInput& input, const std::string& rope);
+  RecordedRollout Record(const RolloutInput& input, double period);
 
   // Wall time of the last Run's parts, by the caller's clock (seconds since any origin); zero without one.
   std::function<double()> clock;
@@ -131,10 +127,16 @@ class RolloutModel {
   std::string FindFault(const Eigen::VectorXd& theta);  // of GetShapes; empty when there is none
   void RequireSound(const Eigen::VectorXd& theta);      // throws std::invalid_argument with the fault
   std::shared_ptr<const DesignedShapes> GetShapes(const Eigen::VectorXd& theta);
-  // `finer`: at a quarter of the scene's tolerance.
+  struct Manner {
+    std::function<void(int)> progress{};  // may be empty, as `observe`
+    // After the start and every accepted step, at which dynamics and contacts stand then.
+    std::function<void(const Simulated&, double time)> observe{};
+    bool finer = false;  // at a quarter of the scene's tolerance
+  };
   Simulated Simulate(const Eigen::VectorXd& theta, const Eigen::VectorXd& controls,
-                     const std::vector<double>& variation, const std::function<void(int)>& progress,
-                     bool finer = false);
+                     const std::vector<double>& variation, const Manner& manner);
+  // Certificate and, where the trajectory has converged, loss, success and trust.
+  void Judge(const Simulated& s, const Reference* reference, Cotangents* bar, RolloutOutput* out) const;
   double EvaluateTask(const Simulated& s, Cotangents* bar) const;
   double EvaluateDistillation(const Simulated& s, const Reference& reference, Cotangents* bar) const;
   bool TestSuccess(const Simulated& s) const;

@@ -69,9 +69,9 @@ class SceneChecker {
     if (std::holds_alternative<ExplicitInertia>(*body.inertia)) return;
     const bool has_volume = body.shape && !std::holds_alternative<HalfSpaceShape>(*body.shape);
     if (!has_volume) {
-      Report(
-          {path + ".type", path, "bodies." + body.name + ".shape"},
-          "needs a shape with a volume (sphere, capsule, box, designed_mesh or mesh); else give an explicit inertia");
+      Report({path + ".type", path, "bodies." + body.name + ".shape"},
+             "needs a shape with a volume (sphere, capsule, cylinder, box, designed_mesh or mesh); else give an "
+             "explicit inertia");
     }
   }
 

@@ -40,6 +40,13 @@ struct CapsuleShape {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();  // in B [m]
 };
 
+// Along Bz, with flat ends.
+struct CylinderShape {
+  double radius = 0.0;                               // [m]
+  double length = 0.0;                               // from end to end [m]
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();  // in B [m]
+};
+
 // A box along the axes of B, its edges and corners rounded for contact.
 struct BoxShape {
   Eigen::Vector3d size = Eigen::Vector3d::Zero();    // [m]
@@ -56,7 +63,8 @@ struct MeshShape {
   double unit = 0.0;  // length of one unit of the file [m]
 };
 
-using Shape = std::variant<HalfSpaceShape, SphereShape, CapsuleShape, BoxShape, DesignedMeshShape, MeshShape>;
+using Shape =
+    std::variant<HalfSpaceShape, SphereShape, CapsuleShape, CylinderShape, BoxShape, DesignedMeshShape, MeshShape>;
 
 // The body fills its shape with one density, found from the total mass.
 struct SolidInertia {

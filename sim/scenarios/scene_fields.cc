@@ -35,6 +35,12 @@ static void VisitFields(FieldVisitor& v, CapsuleShape& s) {
   VisitVector(v, "center", "in B", kLength, s.center);
 }
 
+static void VisitFields(FieldVisitor& v, CylinderShape& s) {
+  v.Number({.key = "radius", .doc = "of the flat ends", .dimension = kLength, .range = kPositive}, s.radius);
+  v.Number({.key = "length", .doc = "from end to end, along Bz", .dimension = kLength, .range = kPositive}, s.length);
+  VisitVector(v, "center", "in B", kLength, s.center);
+}
+
 static void VisitFields(FieldVisitor& v, BoxShape& s) {
   v.Numbers({.key = "size", .doc = "along the axes of B", .dimension = kLength, .range = kPositive}, s.size);
   v.Number({.key = "rounding",
@@ -61,7 +67,7 @@ static void VisitFields(FieldVisitor& v, Shape& shape) {
       {.key = "type",
        .doc =
            "half_space: solid below the plane z = 0 of B; designed_mesh: see `design`; mesh: stays as it is on file"},
-      shape, {"half_space", "sphere", "capsule", "box", "designed_mesh", "mesh"});
+      shape, {"half_space", "sphere", "capsule", "cylinder", "box", "designed_mesh", "mesh"});
 }
 
 static void VisitFields(FieldVisitor& v, SolidInertia& i) {

@@ -24,7 +24,9 @@ using testing::HasSubstr;
 
 ParameterSpec MakeParameters() { return {{"width", "depth"}, {0.02, -0.015}, {0.056, 0.03}, {0.044, 0.0}, {"m", "m"}}; }
 
-std::vector<double> Parse(const std::string& text) { return ParseTheta(text, "--theta", MakeParameters()); }
+std::vector<double> Parse(const std::string& text) {
+  return ParseTheta(text, "--theta", MakeParameters(), MakeParameters().initial);
+}
 
 template <class Function>
 std::string FindUsageError(const Function& function) {
@@ -64,9 +66,10 @@ TEST(ParseTheta, ControlsHaveNoUnit) {
                            {1.0, 3.0, 3.0},
                            {0.5, 0.0, 0.0},
                            {"m", "", ""}};
-  EXPECT_THAT(ParseTheta("control[1][hip]=-0.5,width=2 cm", "--theta", spec), ElementsAre(0.02, 0.0, -0.5));
-  EXPECT_THAT(ParseTheta("2 cm,1,2", "--theta", spec), ElementsAre(0.02, 1.0, 2.0));
-  EXPECT_EQ(FindUsageError([&] { ParseTheta("control[0][hip]=1 mm", "--theta", spec); }),
+  EXPECT_THAT(ParseTheta("control[1][hip]=-0.5,width=2 cm", "--theta", spec, spec.initial),
+              ElementsAre(0.02, 0.0, -0.5));
+  EXPECT_THAT(ParseTheta("2 cm,1,2", "--theta", spec, spec.initial), ElementsAre(0.02, 1.0, 2.0));
+  EXPECT_EQ(FindUsageError([&] { ParseTheta("control[0][hip]=1 mm", "--theta", spec, spec.initial); }),
             "--theta: control[0][hip]: value '1 mm': expected a number without a unit, such as '0.4'");
   EXPECT_EQ(FindUsageError([&] { FindParameter("control[0][hop]", "--x", spec); }),
             "--x: no parameter 'control[0][hop]'; did you mean control[0][hip]?");

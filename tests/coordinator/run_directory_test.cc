@@ -291,11 +291,18 @@ TEST(EarlierLifeTest, CountsWhatTheLogsSay) {
     events.Append(2.0, "requests_reissued", {{"count", 2}, {"total", 2}});
     events.Append(3.0, "requests_reissued", {{"count", 3}, {"total", 5}});
     rollouts.Append({.time_s = 3.75, .id = "ab", .kind = "task", .variation = {0.5, 1.0}, .worker = "w"});
+    // Commas in a text shift no column.
+    rollouts.Append({.time_s = 4.5,
+                     .id = "ac",
+                     .kind = "test",
+                     .variation = {},
+                     .worker = "w",
+                     .distrust = "a and b, 1,000,000%, 99"});
   }
-  EXPECT_EQ(ReadEarlierLife(run).worked_s, 3.75);
+  EXPECT_EQ(ReadEarlierLife(run).worked_s, 4.5);
   EXPECT_EQ(ReadEarlierLife(run).reissued, 5);
   std::ofstream(run.events_path(), std::ios::app) << "{\"time_s\": 9.0, \"eve";  // a crash in mid-line
-  EXPECT_EQ(ReadEarlierLife(run).worked_s, 3.75);
+  EXPECT_EQ(ReadEarlierLife(run).worked_s, 4.5);
 }
 
 }  // namespace

@@ -10,8 +10,9 @@ namespace {
 
 const ParameterSpec kSpec{{"width", "depth"}, {0.01, -0.02}, {0.05, 0.02}, {0.03, 0.0}, {"m", "m"}};
 
-std::vector<std::vector<double>> Choose(const std::string& text, std::uint64_t seed = 0) {
-  return ChooseThetas(text, kSpec, seed, [] { return std::vector<double>{0.04, 0.01}; });
+std::vector<std::vector<double>> Choose(const std::string& text, std::uint64_t seed = 0,
+                                        const std::string& by_default = "initial") {
+  return ChooseThetas(text, kSpec, seed, {by_default, [] { return std::vector<double>{0.04, 0.01}; }});
 }
 
 TEST(ThetaChoiceTest, NamesAndAssignments) {
@@ -20,6 +21,14 @@ TEST(ThetaChoiceTest, NamesAndAssignments) {
   EXPECT_EQ(Choose("learned"), (Thetas{{0.04, 0.01}}));
   EXPECT_EQ(Choose("depth=-12.5 mm"), (Thetas{{0.03, -0.0125}}));
   EXPECT_EQ(Choose("depth=1 cm,width=20 mm"), (Thetas{{0.02, 0.01}}));
+}
+
+TEST(ThetaChoiceTest, OfARunWhatIsNotNamedStaysLearned) {
+  using Thetas = std::vector<std::vector<double>>;
+  EXPECT_EQ(Choose("", 0, "learned"), (Thetas{{0.04, 0.01}}));
+  EXPECT_EQ(Choose("depth=-12.5 mm", 0, "learned"), (Thetas{{0.04, -0.0125}}));
+  EXPECT_EQ(Choose("initial", 0, "learned"), (Thetas{{0.03, 0.0}}));
+  EXPECT_EQ(Choose("", 0, "initial"), (Thetas{{0.03, 0.0}}));
 }
 
 TEST(ThetaChoiceTest, RandomDesignsLieWithinTheBoundsAndDependOnTheSeed) {

@@ -72,8 +72,8 @@ TEST(ClusterViewTest, TellsRatesStatesAndSilence) {
 
   const std::string text = FormatStatus(view, {}, 4 * kSecond, 100, false);
   EXPECT_THAT(text, AllOf(HasSubstr("pushing ours  learning  50%  ETA 1:30"), HasSubstr("retries 3"),
-                          HasSubstr("not to be trusted: 4 rollouts, 7 gradients"),
-                          HasSubstr("alice"), HasSubstr("silent 3"), HasSubstr("computing"), Not(HasSubstr("\x1b"))));
+                          HasSubstr("not to be trusted: 4 rollouts, 7 gradients"), HasSubstr("alice"),
+                          HasSubstr("silent 3"), HasSubstr("computing"), Not(HasSubstr("\x1b"))));
   EXPECT_THAT(FormatStatus(view, {}, 4 * kSecond, 100, true), HasSubstr("\x1b[33mbob"));
   std::istringstream lines(FormatStatus(view, {}, 4 * kSecond, 30, false));
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 30u) << line;

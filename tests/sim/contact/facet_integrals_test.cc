@@ -1,5 +1,5 @@
 // Facets in depth fields: against plain sums over a fine lattice, against the energy, and derivatives against
-// differences, for random triangles in boxes, half-spaces, convex meshes, spheres and capsules.
+// differences, for random triangles in boxes, half-spaces, convex meshes, spheres, capsules and cylinders.
 #include "sim/contact/facet_integrals.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,11 @@ DepthField MakeField(int kind) {
   if (kind == 1) return PolyhedralField::MakeBox({0.010, 0.007, 0.005}, center);
   if (kind == 2) return RoundField{0.008, 0.0, center};
   if (kind == 3) return RoundField{0.005, 0.009, center};
-  if (kind == 4) return *MakeConvexField(test::MakePyramid());
+  const Vector3d axis = Vector3d(0.3, -0.5, 0.8).normalized();
+  if (kind == 4) return CylinderField{0.006, 0.007, center, axis};
+  // Flatter than half its radius: the ends' cells meet.
+  if (kind == 5) return CylinderField{0.009, 0.002, center, axis};
+  if (kind == 6) return *MakeConvexField(test::MakePyramid());
   return *MakeConvexField(test::MakeRoundHull(0.009, 1));
 }
 
@@ -52,6 +56,13 @@ double CalcDepth(const DepthField& field, const Vector3d& x, int* cell) {
       }
     }
     return std::max(0.0, least);
+  }
+  if (const auto* cylinder = std::get_if<CylinderField>(&field)) {
+    const Vector3d d = x - cylinder->center;
+    const double z = cylinder->axis.dot(d);
+    const double r = cylinder->radius;
+    const double side = (r * r - (d - z * cylinder->axis).squaredNorm()) / (2.0 * r);
+    return std::max(0.0, std::min(side, cylinder->half_length - std::abs(z)));
   }
   const RoundField& round = std::get<RoundField>(field);
   const double along = std::clamp(round.axis.dot(x - round.center), -round.half_length, round.half_length);
@@ -119,7 +130,7 @@ TEST_P(FacetIntegralsTest, EqualsALattice) {
   for (int trial = 0; trial < 12; ++trial) {
     const Triangle facet = MakeTriangle(&random, 0.015);
     const std::vector<PatchIntegrals> exact = SumFacet(facet, field).patches;
-    const std::vector<PatchIntegrals> sums = SumByLattice(facet, field, GetParam() < 4 ? 400 : 1000);
+    const std::vector<PatchIntegrals> sums = SumByLattice(facet, field, GetParam() < 6 ? 400 : 1000);
     PatchIntegrals::Vector whole = PatchIntegrals::Vector::Zero();
     for (const PatchIntegrals& sum : sums) whole = whole.cwiseMax(test::Pack(sum).cwiseAbs());
     if (!(whole(6) > 1e-9)) continue;  // smaller than a few parts of the lattice
@@ -197,7 +208,7 @@ TEST_P(FacetIntegralsTest, CotangentsOfCorners) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Fields, FacetIntegralsTest, testing::Range(0, 6));
+INSTANTIATE_TEST_SUITE_P(Fields, FacetIntegralsTest, testing::Range(0, 8));
 
 // A box in the field of another, of a half-space, of a round body: no net force acts along a closed path of poses, and
 // the same holds for any pair of the table.
@@ -247,16 +258,22 @@ TEST(ContactEnergyTest, ClosedPathsOfPosesCostNothing) {
   const BoxGeometry box{{0.01, 0.006, 0.008}, {0.001, 0.0, 0.0}};
   const SphereGeometry sphere{0.007, {0.0, 0.001, 0.0}};
   const CapsuleGeometry capsule{0.005, 0.012, {0.0, 0.0, 0.001}};
+  const CylinderGeometry cylinder{0.006, 0.008, {0.0, 0.001, 0.0}};
+  const CylinderGeometry coin{0.009, 0.0015, {0.0, 0.001, 0.0}};
   const std::vector<std::array<ContactGeometry, 2>> pairs = {{box, HalfSpaceGeometry{}},
                                                              {mesh, HalfSpaceGeometry{}},
                                                              {sphere, HalfSpaceGeometry{}},
                                                              {capsule, HalfSpaceGeometry{}},
+                                                             {cylinder, HalfSpaceGeometry{}},
                                                              {box, box},
                                                              {mesh, box},
                                                              {mesh, sphere},
                                                              {mesh, capsule},
                                                              {box, sphere},
                                                              {box, capsule},
+                                                             {mesh, cylinder},
+                                                             {box, cylinder},
+                                                             {box, coin},
                                                              {sphere, sphere},
                                                              {capsule, sphere},
                                                              {capsule, capsule},
@@ -265,7 +282,8 @@ TEST(ContactEnergyTest, ClosedPathsOfPosesCostNothing) {
                                                              {hull, box},
                                                              {hull, hull},
                                                              {hull, sphere},
-                                                             {hull, capsule}};
+                                                             {hull, capsule},
+                                                             {hull, coin}};
   Random random(5);
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     ContactPair pair;

@@ -67,9 +67,6 @@ std::vector<BallSample> RunBall(const BallScene& scene, const SimulationOptions&
     }
     samples.push_back(sample);
   };
-  dynamics.CalcKinematics(scene.q0, scene.v0, Eigen::VectorXd::Zero(scene.tree.nv()), 0.0);
-  contacts.AddWrenches(&dynamics);
-  record(0.0);
   simulator.observer = record;
   const Trajectory trajectory = simulator.Run(scene.q0, scene.v0, options);
   if (!trajectory.certificate.converged) throw std::runtime_error("a step of the ball's run failed");

@@ -114,9 +114,10 @@ TEST_F(CheckModelTest, MeshesThatAreNotDesigned) {
   EXPECT_EQ(FindErrors(convex.text), "");
   EXPECT_NO_THROW(RolloutModel(Load(convex.text).files));
   const EditedScene notched = with("{type: mesh, file: meshes/notched_bar.obj, unit: 1 mm}");
-  EXPECT_EQ(FindErrors(notched.text),
-            "p.yaml:30:14: contacts[1].bodies: two meshes; one has to be a sphere, capsule, box or half_space, or "
-            "convex with at most 1000 faces and not designed\n");
+  EXPECT_EQ(
+      FindErrors(notched.text),
+      "p.yaml:30:14: contacts[1].bodies: two meshes; one has to be a sphere, capsule, cylinder, box or half_space, or "
+      "convex with at most 1000 faces and not designed\n");
   EXPECT_THROW(RolloutModel(Load(notched.text).files), std::invalid_argument);
   const EditedScene open = with("{type: mesh, file: @meshes/open.obj, unit: 1 mm}");
   EXPECT_THAT(FindErrors(open.text),

@@ -86,7 +86,7 @@ const SceneErrorCase kContradictions[] = {
      "bodies.pea.inertia: a body that forces move needs an inertia; only fixed and prescribed ones do without"},
     {"InertiaOfAHalfSpace", "{type: half_space}\n  - name: tool",
      "{type: half_space}\n    inertia: {type: @solid, mass: 1 g}\n  - name: tool",
-     "bodies.ground.inertia.type: value 'solid': needs a shape with a volume (sphere, capsule, box, "
+     "bodies.ground.inertia.type: value 'solid': needs a shape with a volume (sphere, capsule, cylinder, box, "
      "designed_mesh or mesh); else give an explicit inertia"},
     {"RoundingOfABox", "9 mm], rounding: 1 mm", "9 mm], rounding: @5 mm",
      "bodies.brick.shape.rounding: value '5 mm': must be at most half the least size, 0.004 m"},

@@ -81,7 +81,7 @@ const SceneErrorCase kFieldErrors[] = {
      "bodies.pea.inertia.mass: missing; expected a mass with its unit, such as "
      "'4.2 g', more than 0 kg"},
     {"MissingType", "{type: half_space}\n  - name: tool", "@{}\n  - name: tool",
-     "bodies.ground.shape.type: missing; expected one of: half_space, sphere, capsule, box, designed_mesh, "
+     "bodies.ground.shape.type: missing; expected one of: half_space, sphere, capsule, cylinder, box, designed_mesh, "
      "mesh"},
     {"MissingSection",
      "      type: prescribed\n      motion: {type: zigzag, amplitude: 6 cm, period: 3 s, sharpness: 0.9, "

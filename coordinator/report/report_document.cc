@@ -1,0 +1,214 @@
+#include "coordinator/report/report_document.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "coordinator/report/page_text.h"
+#include "coordinator/report/replay_json.h"
+#include "coordinator/report/run_history_json.h"
+#include "coordinator/report/scene_json.h"
+#include "coordinator/run_directory/durable_file.h"
+#include "coordinator/run_directory/json_text.h"
+#include "sim/scenarios/numeric_keys.h"
+#include "sim/scenarios/units.h"
+
+namespace knap {
+namespace {
+
+using Eigen::VectorXd;
+using Json = nlohmann::ordered_json;
+
+constexpr double kFrames = 120.0;              // of a replay
+constexpr std::size_t kMostReplayed = 24;      // variations
+constexpr std::size_t kMostBytes = 3'500'000;  // of all replays: a page stays below 5 MB
+
+Json ReadJson(const std::filesystem::path& path) { return Json::parse(ReadFile(path)); }
+
+Json MakeRunJson(const ReportSource& source, const Json& info, const Json& result) {
+  const Scene& scene = source.model->scene();
+  return {{"name", source.run->path().filename().string()},
+          {"scenario", scene.name},
+          {"description", scene.description},
+          {"method", info.value("method", "")},
+          {"seed", info.value("seed", 0)},
+          {"host", info.value("host", "")},
+          {"started", info.value("started_utc", "")},
+          {"wall_s", result.value("wall_s", Json())},
+          {"rollouts", result.value("rollouts", Json::object())},
+          {"config_hash", info.value("config_hash", "")}};
+}
+
+// Of the design alone: controls and weights are too many to be looked at one by one.
+Json MakeThetaJson(const ReportSource& source) {
+  const ParameterSpec& parameters = source.problem->parameters;
+  const std::size_t d = parameters.names.size() - parameters.controls;
+  Json units = Json::array();
+  for (std::size_t i = 0; i < d; ++i) units.push_back(parameters.GetUnit(i));
+  const auto head = [&](const std::vector<double>& v) {
+    return std::vector<double>(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(d));
+  };
+  return {{"names", std::vector<std::string>(parameters.names.begin(),
+                                             parameters.names.begin() + static_cast<std::ptrdiff_t>(d))},
+          {"kinds", std::move(units)},
+          {"lower", head(parameters.lower)},
+          {"upper", head(parameters.upper)},
+          {"initial", head(source.tests[0].theta)},
+          {"learned", head(source.tests[1].theta)}};
+}
+
+// The reasons without their figures: "a and b press into one another".
+std::map<std::string, int> CountDistrust(const ReportedTest& test) {
+  std::map<std::string, int> counts;
+  for (const std::optional<RolloutOutcome>& outcome : test.outcomes) {
+    if (!outcome || outcome->certificate.distrust.empty()) continue;
+    const std::string& reason = outcome->certificate.distrust;
+    ++counts[reason.substr(0, reason.find(','))];
+  }
+  return counts;
+}
+
+Json MakeTestJson(const ReportSource& source, const Json& evaluation) {
+  Json json = {{"variations", source.variations.size()}, {"seed", evaluation["initial"].value("seed", 0)}};
+  for (const ReportedTest& test : source.tests) {
+    json[test.name] = evaluation[test.name];
+    json[test.name]["distrust"] = CountDistrust(test);
+  }
+  return json;
+}
+
+Json MakeOutcomesJson(const ReportedTest& test, bool has_success) {
+  Json loss = Json::array();
+  Json success = Json::array();
+  Json distrust = Json::array();
+  for (const std::optional<RolloutOutcome>& outcome : test.outcomes) {
+    loss.push_back(outcome ? MakeJsonNumber(outcome->loss) : Json());
+    success.push_back(outcome && has_success ? Json(outcome->success ? 1 : 0) : Json());
+    distrust.push_back(outcome ? outcome->certificate.distrust : "");
+  }
+  return {{"loss", std::move(loss)}, {"success", std::move(success)}, {"distrust", std::move(distrust)}};
+}
+
+std::pair<double, double> FindBounds(const VariationKey& key) {
+  if (const auto* uniform = std::get_if<UniformDraw>(&key.distribution)) return {uniform->lower, uniform->upper};
+  const NormalDraw& normal = std::get<NormalDraw>(key.distribution);
+  const double half = std::min(normal.truncate_at, 3.0) * normal.standard_deviation;
+  return {normal.mean - half, normal.mean + half};
+}
+
+Json MakeVariationJson(const ReportSource& source, bool has_success) {
+  Scene scene = Scene(source.model->scene());
+  std::map<std::string, std::string> units;
+  for (const NumericKey& key : ListNumericKeys(scene)) units[key.path] = UnitName(key.dimension);
+  Json keys = Json::array();
+  for (const VariationKey& key : source.problem->variations) {
+    const auto [lower, upper] = FindBounds(key);
+    keys.push_back({{"key", key.name}, {"unit", units[key.name]}, {"lower", lower}, {"upper", upper}});
+  }
+  return {{"keys", std::move(keys)},
+          {"values", source.variations},
+          {"initial", MakeOutcomesJson(source.tests[0], has_success)},
+          {"learned", MakeOutcomesJson(source.tests[1], has_success)}};
+}
+
+RolloutInput MakeInput(const ReportSource& source, const ReportedTest& test, std::size_t variation) {
+  const std::vector<double>& theta = test.theta;
+  const auto controls = static_cast<Eigen::Index>(source.problem->parameters.controls);
+  const Eigen::Map<const VectorXd> all(theta.data(), static_cast<Eigen::Index>(theta.size()));
+  RolloutInput input;
+  input.theta = all.head(all.size() - controls);
+  input.controls = all.tail(controls);
+  input.variation = source.variations[variation];
+  input.want_gradient = false;
+  return input;
+}
+
+// Whether the rollout that was simulated again is the one that the run had, to the last bit; null where it had none.
+Json IsSame(const std::optional<RolloutOutcome>& outcome, const RolloutOutput& again) {
+  if (!outcome) return nullptr;
+  const bool both_failed = !std::isfinite(outcome->loss) && !std::isfinite(again.loss);
+  const bool same = std::bit_cast<std::uint64_t>(outcome->loss) == std::bit_cast<std::uint64_t>(again.loss);
+  return (same || both_failed) && outcome->success == again.success;
+}
+
+// "replays", and what belongs to them: "bodies", "gravity", "fixed_poses".
+void AddReplays(const ReportSource& source, bool has_success, const std::function<void(int, int)>& progress,
+                Json* page) {
+  const std::vector<std::size_t> order = ChooseReplays(source, has_success);
+  const std::size_t count = std::min(kMostReplayed, order.size());
+  const double period = source.model->scene().rollout.horizon / kFrames;
+  Json replays = Json::array();
+  std::size_t bytes = 0;
+  int done = 0;
+  for (std::size_t k = 0; k < count && bytes < kMostBytes; ++k) {
+    for (const ReportedTest& test : source.tests) {
+      const RolloutInput input = MakeInput(source, test, order[k]);
+      const RecordedRollout rollout = source.model->Record(input, period);
+      if (replays.empty()) {
+        (*page)["bodies"] =
+            MakeBodiesJson(*source.model, rollout.recording, MakeInput(source, source.tests[1], order[k]).theta);
+        const Eigen::Vector3d& g = rollout.recording.gravity_W;
+        (*page)["gravity"] = {g.x(), g.y(), g.z()};
+        (*page)["fixed_poses"] = MakeFixedPosesJson(rollout.recording);
+      }
+      Json replay = MakeReplayJson(test, order[k], rollout, has_success);
+      replay["same_bits"] = IsSame(test.outcomes[order[k]], rollout.output);
+      bytes += replay.dump().size();
+      replays.push_back(std::move(replay));
+      ++done;
+      if (progress) progress(done, static_cast<int>(2 * count));
+    }
+  }
+  (*page)["replays"] = std::move(replays);
+}
+
+Json MakeRepeatJson(const ReportSource& source) {
+  const std::string run = source.run->path().string();
+  return {fmt::format("knap learn {}", (source.run->path() / "config.yaml").string()),
+          fmt::format("knap evaluate {} --variations 1000 --csv test.csv", run),
+          fmt::format("knap rollout {} --theta learned --variation 0 --trajectory motion.csv", run),
+          fmt::format("knap report {}", run)};
+}
+
+void Replace(const std::string& mark, const std::string& text, std::string* page) {
+  const std::size_t at = page->find(mark);
+  if (at == std::string::npos) throw std::logic_error("the report's page has no " + mark);
+  page->replace(at, mark.size(), text);
+}
+
+}  // namespace
+
+std::string MakeReportPage(const ReportSource& source, const std::function<void(int, int)>& progress) {
+  const bool has_success = source.model->scene().success.has_value();
+  const Json info = ReadJson(source.run->info_path());
+  const CsvTable rollouts(ReadFile(source.run->rollouts_path()));
+  Json data = {{"format", 1},
+               {"knap", {{"version", info.value("version", "")}, {"build", info.value("build", "")}}},
+               {"run", MakeRunJson(source, info, ReadJson(source.run->result_path()))},
+               {"loss_unit", source.loss_unit.empty() ? Json() : Json(source.loss_unit)},
+               {"has_success", has_success},
+               {"theta", MakeThetaJson(source)},
+               {"test", MakeTestJson(source, ReadJson(source.run->evaluation_path()))},
+               {"variation", MakeVariationJson(source, has_success)}};
+  AddReplays(source, has_success, progress, &data);
+  data["learning"] = MakeLearningJson(*source.run);
+  data["timeline"] = MakeTimelineJson(*source.run, rollouts);
+  data["certificates"] = MakeCertificatesJson(rollouts);
+  data["repeat"] = MakeRepeatJson(source);
+  std::string text = MakeJsonText(data, -1);
+  // In a script element an end tag, or the beginning of a comment, would be taken for markup.
+  for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos;) text.replace(at, 1, "\\u003c");
+  std::string page = GetPageHtml();
+  Replace("<!--knap:style-->", "<style>\n" + GetPageStyle() + "</style>", &page);
+  Replace("<!--knap:data-->", "<script type=\"application/json\" id=\"data\">" + text + "</script>", &page);
+  Replace("<!--knap:script-->", "<script>\n" + GetPageScript() + "</script>", &page);
+  return page;
+}
+
+}  // namespace knap

@@ -1,0 +1,19 @@
+// report.html of a run: everything that came out of it on one page that opens from disk [docs/architecture.md].
+//
+// The page's text and scripts are in page/, what they show is one JSON document within it, made here from the run's
+// files. Replays are simulated here and stand beside the run's own answers, so that one sees that they are the same.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "coordinator/report/report_source.h"
+
+namespace knap {
+
+// `progress`: called with the replays done and their number; may be empty. Throws std::runtime_error where the run's
+// files are not readable, what RolloutModel throws, and std::logic_error when a replay is not the run's own answer: its
+// loss has other bits.
+std::string MakeReportPage(const ReportSource& source, const std::function<void(int done, int total)>& progress);
+
+}  // namespace knap

@@ -1,0 +1,127 @@
+#include "coordinator/report/run_history_json.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "coordinator/run_directory/durable_file.h"
+#include "coordinator/run_directory/json_text.h"
+
+namespace knap {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kMostShown = 6000;  // rollouts of a timeline: what a page draws at once
+
+std::vector<Json> ReadEvents(const RunDirectory& run) {
+  std::vector<Json> events;
+  std::istringstream text(ReadFile(run.events_path()));
+  for (std::string line; std::getline(text, line);) {
+    Json event = Json::parse(line, nullptr, false);
+    if (event.is_object()) events.push_back(std::move(event));
+  }
+  return events;
+}
+
+Json MakeColumn(const CsvTable& table, const char* name) {
+  Json column = Json::array();
+  for (std::size_t i = 0; i < table.size(); ++i) column.push_back(MakeJsonNumber(table.GetNumber(i, name)));
+  return column;
+}
+
+// What an event's other members tell, in words.
+std::string DescribeDetails(const Json& event) {
+  std::string text;
+  for (const auto& [key, value] : event.items()) {
+    if (key == "time_s" || key == "event" || value.is_array() || value.is_object()) continue;
+    text += (text.empty() ? "" : ", ") + key + " " + (value.is_string() ? value.get<std::string>() : value.dump());
+  }
+  return text;
+}
+
+}  // namespace
+
+Json MakeLearningJson(const RunDirectory& run) {
+  const CsvTable metrics(ReadFile(run.metrics_path()));
+  Json evaluations = Json::object();
+  for (const char* name : {"time_s", "batch", "loss", "task_loss", "distillation_loss", "gradient_norm", "best_loss",
+                           "accepted", "successes", "rollouts", "untrusted"}) {
+    evaluations[name] = MakeColumn(metrics, name);
+  }
+  Json batches = Json::array();
+  for (const Json& event : ReadEvents(run)) {
+    if (event.value("event", "") != "batch_end") continue;
+    Json batch = Json::object();
+    for (const char* name : {"batch", "theta", "start_loss", "best_loss", "evaluations", "stop"}) {
+      batch[name] = event.contains(name) ? event[name] : Json();
+    }
+    batches.push_back(std::move(batch));
+  }
+  return {{"evaluations", std::move(evaluations)}, {"batches", std::move(batches)}};
+}
+
+Json MakeTimelineJson(const RunDirectory& run, const CsvTable& rollouts) {
+  std::vector<std::string> workers;
+  Json worker = Json::array();
+  Json kind = Json::array();
+  Json end_s = Json::array();
+  Json duration_s = Json::array();
+  Json attempt = Json::array();
+  const std::size_t every = 1 + (rollouts.size() == 0 ? 0 : (rollouts.size() - 1) / kMostShown);
+  for (std::size_t i = 0; i < rollouts.size(); i += every) {
+    const std::string& name = rollouts.Get(i, "worker");
+    const auto found = std::find(workers.begin(), workers.end(), name);
+    worker.push_back(found - workers.begin());
+    if (found == workers.end()) workers.push_back(name);
+    kind.push_back(rollouts.Get(i, "kind"));
+    end_s.push_back(MakeJsonNumber(rollouts.GetNumber(i, "time_s")));
+    duration_s.push_back(MakeJsonNumber(rollouts.GetNumber(i, "forward_s") + rollouts.GetNumber(i, "gradient_s")));
+    attempt.push_back(MakeJsonNumber(rollouts.GetNumber(i, "attempt")));
+  }
+  // What the other charts show is left out.
+  constexpr std::array<const char*, 4> kToldElsewhere = {"batch_start", "batch_box", "batch_end", "test"};
+  Json events = Json::array();
+  for (const Json& event : ReadEvents(run)) {
+    const std::string name = event.value("event", "");
+    if (std::find(kToldElsewhere.begin(), kToldElsewhere.end(), name) != kToldElsewhere.end()) continue;
+    events.push_back({{"time_s", event.value("time_s", 0.0)}, {"event", name}, {"text", DescribeDetails(event)}});
+  }
+  return {{"workers", workers},
+          {"every", every},
+          {"rollouts",
+           {{"worker", std::move(worker)},
+            {"kind", std::move(kind)},
+            {"end_s", std::move(end_s)},
+            {"duration_s", std::move(duration_s)},
+            {"attempt", std::move(attempt)}}},
+          {"events", std::move(events)}};
+}
+
+Json MakeCertificatesJson(const CsvTable& rollouts) {
+  int gradients = 0;
+  int flagged = 0;
+  int untrusted = 0;
+  int not_converged = 0;
+  double deepest = 0.0;
+  double largest_force = 0.0;
+  for (std::size_t i = 0; i < rollouts.size(); ++i) {
+    // Tests ask for no gradient.
+    if (rollouts.Get(i, "kind") != "test") {
+      ++gradients;
+      flagged += rollouts.Get(i, "gradient_reliable") == "0" ? 1 : 0;
+    }
+    untrusted += rollouts.Get(i, "distrust").empty() ? 0 : 1;
+    not_converged += rollouts.Get(i, "converged") == "0" ? 1 : 0;
+    if (const double x = rollouts.GetNumber(i, "penetration"); x > deepest) deepest = x;
+    if (const double x = rollouts.GetNumber(i, "largest_force"); x > largest_force) largest_force = x;
+  }
+  return {{"rollouts", rollouts.size()},   {"gradients", gradients},         {"gradients_flagged", flagged},
+          {"untrusted", untrusted},        {"not_converged", not_converged}, {"deepest", deepest},
+          {"largest_force", largest_force}};
+}
+
+}  // namespace knap

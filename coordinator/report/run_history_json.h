@@ -1,0 +1,18 @@
+// How a run went, from the files that it wrote while it went: metrics.csv, rollouts.csv, events.jsonl.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "coordinator/run_directory/csv_text.h"
+#include "coordinator/run_directory/run_directory.h"
+
+namespace knap {
+
+// One entry an optimizer evaluation and one a batch.
+nlohmann::ordered_json MakeLearningJson(const RunDirectory& run);
+// Who computed what and when. Of a long run every k-th rollout, `every` says which k.
+nlohmann::ordered_json MakeTimelineJson(const RunDirectory& run, const CsvTable& rollouts);
+// What the rollouts' certificates add up to.
+nlohmann::ordered_json MakeCertificatesJson(const CsvTable& rollouts);
+
+}  // namespace knap

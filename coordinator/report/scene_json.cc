@@ -1,0 +1,119 @@
+#include "coordinator/report/scene_json.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "coordinator/report/packed_numbers.h"
+#include "sim/math/overloaded.h"
+
+namespace knap {
+namespace {
+
+using Eigen::VectorXd;
+using Json = nlohmann::ordered_json;
+
+Json MakeJson(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+void Append(const Eigen::Vector3d& v, std::vector<float>* out) {
+  for (const double x : v) out->push_back(static_cast<float>(x));
+}
+
+std::string Pack(const std::vector<Eigen::Vector3d>& vertices) {
+  std::vector<float> numbers;
+  for (const Eigen::Vector3d& vertex : vertices) Append(vertex, &numbers);
+  return PackSingles(numbers);
+}
+
+Json MakeMeshJson(const CageDesign& cage, const SceneDesign& design, const VectorXd& learned) {
+  const VectorXd& initial = design.initial_theta();
+  const TriangleMesh mesh = cage.CalcMesh(initial);
+  std::vector<std::uint32_t> corners;
+  for (const Eigen::Vector3i& triangle : mesh.triangles) {
+    for (const int corner : triangle) corners.push_back(static_cast<std::uint32_t>(corner));
+  }
+  std::vector<float> basis;
+  for (Eigen::Index k = 0; k < initial.size(); ++k) {
+    // Linear: a difference over any length is the derivative, over the whole range with the least rounding.
+    const double length = design.ranges()(k);
+    const TriangleMesh moved = cage.CalcMesh(initial + length * VectorXd::Unit(initial.size(), k));
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+      Append((moved.vertices[i] - mesh.vertices[i]) / length, &basis);
+    }
+  }
+  return {{"type", "mesh"},
+          {"designed", true},
+          {"triangles", PackIntegers(corners)},
+          {"vertices", {{"initial", Pack(mesh.vertices)}, {"learned", Pack(cage.CalcMesh(learned).vertices)}}},
+          {"basis", PackSingles(basis)}};
+}
+
+Json MakeShapeJson(const Shape& shape) {
+  return std::visit(
+      Overloaded{
+          [](const HalfSpaceShape&) -> Json {
+            return {{"type", "half_space"}};
+          },
+          [](const SphereShape& s) -> Json {
+            return {{"type", "sphere"}, {"radius", s.radius}};
+          },
+          [](const CapsuleShape& s) -> Json {
+            return {{"type", "capsule"}, {"radius", s.radius}, {"length", s.length}, {"center", MakeJson(s.center)}};
+          },
+          [](const CylinderShape& s) -> Json {
+            return {{"type", "cylinder"}, {"radius", s.radius}, {"length", s.length}, {"center", MakeJson(s.center)}};
+          },
+          [](const BoxShape& s) -> Json {
+            return {{"type", "box"}, {"size", MakeJson(s.size)}, {"center", MakeJson(s.center)}};
+          },
+          [](const DesignedMeshShape&) -> Json { return nullptr; }},
+      shape);
+}
+
+Json MakeLinkJson(const Rope& rope) {
+  return {{"type", "box"},
+          {"size", {rope.pitch - rope.gap, rope.thickness, rope.thickness}},
+          {"center", {0.5 * rope.pitch, 0.0, 0.0}}};
+}
+
+}  // namespace
+
+Json MakeBodiesJson(const RolloutModel& model, const Recording& recording, const VectorXd& learned) {
+  const Scene& scene = model.scene();
+  std::vector<Json> shapes;  // in the recording's order
+  for (const Body& body : scene.bodies) {
+    Json list = Json::array();
+    const CageDesign* cage = model.design() ? model.design()->Find(body.name) : nullptr;
+    if (cage != nullptr) {
+      list.push_back(MakeMeshJson(*cage, *model.design(), learned));
+    } else if (body.shape) {
+      list.push_back(MakeShapeJson(*body.shape));
+    }
+    shapes.push_back(std::move(list));
+  }
+  for (const Rope& rope : scene.ropes) {
+    for (std::int64_t i = 0; i < rope.links; ++i) shapes.push_back(Json::array({MakeLinkJson(rope)}));
+  }
+  Json bodies = Json::array();
+  for (std::size_t i = 0; i < recording.bodies.size(); ++i) {
+    const Recording::Body& body = recording.bodies[i];
+    bodies.push_back({{"name", body.name}, {"moves", body.moves}, {"shapes", std::move(shapes[i])}});
+  }
+  return bodies;
+}
+
+Json MakeFixedPosesJson(const Recording& recording) {
+  Json poses = Json::object();
+  for (const Recording::Body& body : recording.bodies) {
+    if (body.moves) continue;
+    const Pose& X_WB = body.X_WB.front();
+    const Eigen::Quaterniond q(X_WB.R);
+    poses[body.name] = {X_WB.p.x(), X_WB.p.y(), X_WB.p.z(), q.w(), q.x(), q.y(), q.z()};
+  }
+  return poses;
+}
+
+}  // namespace knap

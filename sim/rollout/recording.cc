@@ -1,0 +1,146 @@
+#include "sim/rollout/recording.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "sim/math/check.h"
+#include "sim/rollout/rollout.h"
+
+namespace knap {
+
+using Eigen::Vector3d;
+
+namespace {
+
+// What is seen of one body of the tree.
+struct Seen {
+  int index = 0;
+  Recording::Body body;
+};
+
+bool Moves(const Tree& tree, int body) {
+  for (int i = body; i >= 0; i = tree.bodies()[i].parent) {
+    if (tree.bodies()[i].joint != JointType::kFixed) return true;
+  }
+  return false;
+}
+
+std::vector<Seen> ListBodies(const Scene& scene, const SceneModel& model) {
+  std::vector<Seen> seen;
+  const auto add = [&](int index, std::string name) {
+    seen.push_back({index, {std::move(name), Moves(model.tree, index), {}}});
+  };
+  for (const Body& body : scene.bodies) add(model.body_index.at(body.name), body.name);
+  for (const Rope& rope : scene.ropes) {
+    const std::vector<int>& links = model.links.at(rope.name);
+    for (std::size_t i = 0; i < links.size(); ++i) add(links[i], fmt::format("{} link {}", rope.name, i));
+  }
+  return seen;
+}
+
+// Looks at a simulation while it goes.
+class Recorder {
+ public:
+  Recorder(double period, Recording* out) : period_(period), out_(out) {}
+
+  void Look(double time, const Scene& scene, const SceneModel& model, const Dynamics& dynamics,
+            const ContactModel& contacts) {
+    if (out_->time.empty()) Begin(scene, model);
+    if (time < next_) return;
+    // Multiples, not sums, so that the grid does not drift.
+    if (period_ > 0.0) next_ = period_ * (std::floor(time / period_ * (1.0 + 1e-12)) + 1.0);
+    out_->time.push_back(time);
+    for (Seen& s : seen_) s.body.X_WB.push_back(dynamics.kinematics()[s.index].X_WB);
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+      const ContactReport& report = contacts.reports()[i];
+      Recording::Contact& pair = pairs_[i];
+      const double nan = std::numeric_limits<double>::quiet_NaN();
+      pair.f_W.push_back(report.f_W);
+      pair.p_W.push_back(report.active ? report.p_W : Vector3d::Constant(nan));
+      pair.depth.push_back(report.depth);
+      touched_[i] = touched_[i] || report.active;
+    }
+  }
+
+  void Finish() {
+    for (Seen& s : seen_) out_->bodies.push_back(std::move(s.body));
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+      if (touched_[i]) out_->contacts.push_back(std::move(pairs_[i]));
+    }
+  }
+
+ private:
+  void Begin(const Scene& scene, const SceneModel& model) {
+    out_->gravity_W = model.tree.gravity;
+    seen_ = ListBodies(scene, model);
+    const auto name_of = [&](int index) {
+      const auto found = std::find_if(seen_.begin(), seen_.end(), [&](const Seen& s) { return s.index == index; });
+      KNAP_CHECK(found != seen_.end(), "a contact of body {}, which has no name", index);
+      return found->body.name;
+    };
+    for (const ContactPair& pair : model.contacts) {
+      pairs_.push_back({{name_of(pair.bodies[0]), name_of(pair.bodies[1])}, {}, {}, {}});
+    }
+    touched_.assign(pairs_.size(), false);
+  }
+
+  double period_;
+  double next_ = 0.0;
+  Recording* out_;
+  std::vector<Seen> seen_;
+  std::vector<Recording::Contact> pairs_;
+  std::vector<bool> touched_;
+};
+
+// At the recorded times, which are those of states of the trajectory.
+void AddJoints(const Scene& scene, const SceneModel& model, const Trajectory& trajectory, Recording* out) {
+  std::vector<int> states;
+  int k = 0;
+  for (const double time : out->time) {
+    while (trajectory.time(k) < time) ++k;
+    states.push_back(k);
+  }
+  for (const Body& body : scene.bodies) {
+    const TreeBody& moved = model.tree.bodies()[model.body_index.at(body.name)];
+    const bool turns = std::holds_alternative<RevoluteJoint>(body.joint.kind);
+    if (!turns && !std::holds_alternative<PrismaticJoint>(body.joint.kind)) continue;
+    Recording::Joint& joint = out->joints.emplace_back(Recording::Joint{body.name, turns ? "rad" : "m", {}});
+    for (const int state : states) joint.q.push_back(trajectory.q(state)(moved.q_start));
+  }
+}
+
+}  // namespace
+
+const Recording::Body& Recording::Find(const std::string& body) const {
+  const auto found = std::find_if(bodies.begin(), bodies.end(), [&](const Body& b) { return b.name == body; });
+  KNAP_CHECK(found != bodies.end(), "no body '{}' was recorded", body);
+  return *found;
+}
+
+RecordedRollout RolloutModel::Record(const RolloutInput& input, double period) {
+  CheckInput(input);
+  RequireSound(input.theta);
+  const bool distill = input.theta_reference.size() > 0 || input.controls_reference.size() > 0;
+  if (distill) RequireSound(input.theta_reference);
+  const Reference* reference = distill ? &GetReference(input) : nullptr;
+  RecordedRollout out;
+  Recorder recorder(period, &out.recording);
+  Manner manner;
+  manner.observe = [&](const Simulated& s, double time) {
+    recorder.Look(time, s.scene, s.model, *s.dynamics, *s.contacts);
+  };
+  const Simulated s = Simulate(input.theta, input.controls, input.variation, manner);
+  recorder.Finish();
+  AddJoints(s.scene, s.model, *s.trajectory, &out.recording);
+  Cotangents unused;
+  Judge(s, reference, &unused, &out.output);
+  return out;
+}
+
+}  // namespace knap

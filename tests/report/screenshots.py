@@ -1,0 +1,35 @@
+#!/usr/bin/env python3
+"""screenshots.py CHROMIUM REPORT.html FOLDER
+
+Pictures of a report's first screen, halfway through its replay, for the documentation: light.png, dark.png, and
+no_webgl.png as a browser without WebGL draws it.
+"""
+
+import pathlib
+import sys
+
+from check_report import NO_WEBGL, TOOLS, WEBGL
+from chromium import Chromium
+
+PICTURES = [("light", WEBGL), ("dark", WEBGL), ("no_webgl", NO_WEBGL)]
+
+
+def main():
+    if len(sys.argv) != 4:
+        sys.exit(__doc__)
+    _, program, report, folder = sys.argv
+    for name, options in PICTURES:
+        with Chromium(program, "--hide-scrollbars", *options) as browser:
+            browser.resize(1400, 1000)
+            browser.prefer("dark" if name == "dark" else "light")
+            browser.open(pathlib.Path(report).resolve().as_uri())
+            browser.evaluate(TOOLS)
+            # Sizes come with the first frames, then the drawings that they need.
+            browser.evaluate("test.frames(6)")
+            browser.evaluate("test.slide(document.querySelector('#replay .scrub'), 0.5 * test.end())")
+            browser.evaluate("test.frames(3)")
+            (pathlib.Path(folder) / f"{name}.png").write_bytes(browser.screenshot())
+
+
+if __name__ == "__main__":
+    main()
