@@ -51,6 +51,20 @@ Json MakeMeshJson(const CageDesign& cage, const SceneDesign& design, const Vecto
           {"basis", PackSingles(basis)}};
 }
 
+// A mesh that no design shapes is the same under both.
+Json MakeMeshJson(const ContactMesh& mesh) {
+  std::vector<Eigen::Vector3d> vertices(static_cast<std::size_t>(mesh.vertex_count()), Eigen::Vector3d::Zero());
+  std::vector<std::uint32_t> corners;
+  for (std::size_t i = 0; i < mesh.triangles().size(); ++i) {
+    for (int k = 0; k < 3; ++k) {
+      const int vertex = mesh.triangles()[i][k];
+      corners.push_back(static_cast<std::uint32_t>(vertex));
+      vertices[static_cast<std::size_t>(vertex)] = mesh.facets()[i].Place(k);
+    }
+  }
+  return {{"type", "mesh"}, {"triangles", PackIntegers(corners)}, {"vertices", {{"initial", Pack(vertices)}}}};
+}
+
 Json MakeShapeJson(const Shape& shape) {
   return std::visit(
       Overloaded{
@@ -69,7 +83,7 @@ Json MakeShapeJson(const Shape& shape) {
           [](const BoxShape& s) -> Json {
             return {{"type", "box"}, {"size", MakeJson(s.size)}, {"center", MakeJson(s.center)}};
           },
-          [](const DesignedMeshShape&) -> Json { return nullptr; }},
+          [](const DesignedMeshShape&) -> Json { return nullptr; }, [](const MeshShape&) -> Json { return nullptr; }},
       shape);
 }
 
@@ -87,8 +101,11 @@ Json MakeBodiesJson(const RolloutModel& model, const Recording& recording, const
   for (const Body& body : scene.bodies) {
     Json list = Json::array();
     const CageDesign* cage = model.design() ? model.design()->Find(body.name) : nullptr;
+    const auto fixed = model.meshes().find(body.name);
     if (cage != nullptr) {
       list.push_back(MakeMeshJson(*cage, *model.design(), learned));
+    } else if (fixed != model.meshes().end()) {
+      list.push_back(MakeMeshJson(*fixed->second.contact.mesh));
     } else if (body.shape) {
       list.push_back(MakeShapeJson(*body.shape));
     }

@@ -76,6 +76,7 @@ class RolloutModel {
   int num_parameters() const { return design_ ? design_->num_parameters() : 0; }
   int num_controls() const { return CountControls(scene_) + CountWeights(scene_); }
   const std::optional<SceneDesign>& design() const { return design_; }
+  const FixedMeshes& meshes() const { return meshes_; }
 
   // Throws std::invalid_argument when sizes do not fit the scenario or numbers are not finite; a theta that folds a
   // mesh is an outcome, see RolloutOutput::failure. `progress` may be empty.
