@@ -186,12 +186,14 @@ void Replace(const std::string& mark, const std::string& text, std::string* page
 
 std::string MakeReportPage(const ReportSource& source, const std::function<void(int, int)>& progress) {
   const bool has_success = source.model->scene().success.has_value();
+  const bool is_note = source.loss_unit.starts_with('(');  // "(lengths in cm)" is no unit that stands behind a number
   const Json info = ReadJson(source.run->info_path());
   const CsvTable rollouts(ReadFile(source.run->rollouts_path()));
   Json data = {{"format", 1},
                {"knap", {{"version", info.value("version", "")}, {"build", info.value("build", "")}}},
                {"run", MakeRunJson(source, info, ReadJson(source.run->result_path()))},
-               {"loss_unit", source.loss_unit.empty() ? Json() : Json(source.loss_unit)},
+               {"loss_unit", source.loss_unit.empty() || is_note ? Json() : Json(source.loss_unit)},
+               {"loss_note", is_note ? Json(source.loss_unit) : Json()},
                {"has_success", has_success},
                {"theta", MakeThetaJson(source)},
                {"test", MakeTestJson(source, ReadJson(source.run->evaluation_path()))},

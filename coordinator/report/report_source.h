@@ -24,7 +24,7 @@ struct ReportSource {
   const RunDirectory* run = nullptr;
   const Problem* problem = nullptr;
   RolloutModel* model = nullptr;
-  std::string loss_unit;                        // "mm²"; empty: none
+  std::string loss_unit;                        // "mm²", or a note in brackets about several; empty: none
   std::vector<std::vector<double>> variations;  // of the test
   std::vector<ReportedTest> tests;              // initial, learned
 };

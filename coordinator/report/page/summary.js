@@ -11,7 +11,8 @@
       return { name: "Success", values: pick("success_rate"), intervals: pick("success_rate_95"), text: percent };
     }
     const text = (loss) => quantity(loss, data.loss_unit ?? "");
-    return { name: "Mean loss", values: pick("loss_mean"), intervals: pick("loss_mean_95"), text };
+    const name = data.loss_note ? `Mean loss ${data.loss_note}` : "Mean loss";
+    return { name, values: pick("loss_mean"), intervals: pick("loss_mean_95"), text };
   }
 
   function headline({ name, values, intervals, text }) {
