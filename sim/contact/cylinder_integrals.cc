@@ -17,11 +17,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-// Gauss-Legendre on [−1, 1] with eight points and with two, the positive halves [Abramowitz & Stegun, 25.4].
-constexpr std::array<double, 4> kAngleAt = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267,
-                                            0.9602898564975363};
-constexpr std::array<double, 4> kAngleWeight = {0.3626837833783620, 0.3137066458778873, 0.2223810344533745,
-                                                0.1012285362903763};
+// Gauss-Legendre on [−1, 1] with two points.
 constexpr double kLineAt = 0.5773502691896258;
 constexpr double kLongestPiece = 0.25 * std::numbers::pi;  // over which eight points leave 1e-12 [rad]
 
@@ -92,8 +88,8 @@ class CylinderSum {
         const double half = 0.5 * length / pieces;
         const double middle = breaks[k] + (2 * i + 1) * half;
         for (int g = 0; g < 8; ++g) {
-          const double angle = middle + (g < 4 ? -half : half) * kAngleAt[g % 4];
-          const double weight = half * kAngleWeight[g % 4] * r;
+          const double angle = middle + (g < 4 ? -half : half) * kArcAt[g % 4];
+          const double weight = half * kArcWeight[g % 4] * r;
           AddLine(std::cos(angle), std::sin(angle), weight);
           AddLine(std::cos(angle), -std::sin(angle), weight);
         }

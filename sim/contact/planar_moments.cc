@@ -10,11 +10,6 @@ using Eigen::Vector2d;
 
 namespace {
 
-// Gauss-Legendre on [−1, 1] with eight points, the positive half [Abramowitz & Stegun, 25.4].
-constexpr std::array<double, 4> kArcAt = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267,
-                                          0.9602898564975363};
-constexpr std::array<double, 4> kArcWeight = {0.3626837833783620, 0.3137066458778873, 0.2223810344533745,
-                                              0.1012285362903763};
 // A plane that a cylinder's axis meets under less than this angle [rad] cuts a strip out of it.
 constexpr double kParallel = 1e-12;
 

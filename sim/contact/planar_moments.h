@@ -23,6 +23,12 @@ namespace knap {
 inline constexpr std::array<double, 3> kEdgeAt = {0.1127016653792583, 0.5, 0.8872983346207417};
 inline constexpr std::array<double, 3> kEdgeWeight = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
 
+// On [−1, 1] with eight points, the positive half: exact up to the fifteenth power [same table].
+inline constexpr std::array<double, 4> kArcAt = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267,
+                                                 0.9602898564975363};
+inline constexpr std::array<double, 4> kArcWeight = {0.3626837833783620, 0.3137066458778873, 0.2223810344533745,
+                                                     0.1012285362903763};
+
 class PlanarMoments {
  public:
   static constexpr int kDegree = 4;
