@@ -11,9 +11,9 @@
 
 namespace knap {
 
-// `progress`: called with the replays done and their number; may be empty. Throws std::runtime_error where the run's
-// files are not readable, what RolloutModel throws, and std::logic_error when a replay is not the run's own answer: its
-// loss has other bits.
+// `progress`: called with the replays done and their number; may be empty. A replay says in "same_bits" whether its loss
+// and success are those of the run's own answer. Throws std::runtime_error where the run's files are not readable, and
+// what RolloutModel throws.
 std::string MakeReportPage(const ReportSource& source, const std::function<void(int done, int total)>& progress);
 
 }  // namespace knap

@@ -144,8 +144,7 @@ void CutNearFacets(const ContactSide& side, NearFacets* near, const Pose& X_SB, 
 std::string DescribeMeshPair() {
   return fmt::format(
       "two meshes; one has to be a sphere, capsule, cylinder, box or half_space, or convex with at most {} faces and "
-      "not "
-      "designed",
+      "not designed",
       kMostFaces);
 }
 

@@ -254,8 +254,8 @@ double EstimateDepth(const CylinderField& field, const PlaneFrame& plane, const 
 // Where the depth under the end `end` (±1) is less than that under the side, the difference of the two, l − q ≤ 0, is
 // added over out->polygon: it is zero on the curve where they are equal.
 void CutEnd(int number, const PlaneFrame& plane, const CylinderField& field, double end, FacetRegions* out) {
-  // An ellipse longer than this many times its width is taken for open: the facet's part under the end reaches over at
-  // most r/2 along the axis, and sees its nearer vertex alone.
+  // Where the axis meets the plane's normal in less than this cosine the ellipse is over ten times as long as wide, and
+  // taken for open: the facet's part under the end reaches over at most r/2 along the axis, to its nearer vertex alone.
   constexpr double kOpen = 0.1;
   if (out->polygon.size() < 3) return;
   const double r = field.radius;
