@@ -11,9 +11,9 @@
 
 namespace knap {
 
-// `progress`: called with the replays done and their number; may be empty. A replay says in "same_bits" whether its loss
-// and success are those of the run's own answer. Throws std::runtime_error where the run's files are not readable, and
-// what RolloutModel throws.
+// `progress`: called with the replays done and their number; may be empty. A replay says in "same_bits" whether its
+// loss and success are those of the run's own answer. Throws std::runtime_error where the run's files are not readable,
+// and what RolloutModel throws.
 std::string MakeReportPage(const ReportSource& source, const std::function<void(int done, int total)>& progress);
 
 }  // namespace knap
