@@ -19,7 +19,6 @@
 #include "coordinator/cli/run_recorder.h"
 #include "coordinator/cli/stderr_progress.h"
 #include "coordinator/learning/evaluation.h"
-#include "coordinator/report/picture.h"
 #include "coordinator/run_directory/durable_file.h"
 #include "coordinator/run_directory/json_text.h"
 #include "lcmtypes/program/standard_streams.h"
@@ -144,16 +143,7 @@ ResultDocument LearnAndTest(const PreparedScenario& prepared, JournaledService& 
   return document;
 }
 
-// Without them the run is still whole, so what keeps them from being made is an event.
-void WritePicture(const PreparedScenario& prepared, const ResultDocument& document, const RunDirectory& run,
-                  RunRecorder* recorder) try {
-  const std::optional<std::string> svg = DrawPicture(*prepared.model, prepared.problem.variations,
-                                                     {document.test_initial, document.learned, document.test_learned});
-  if (svg) WriteFileAtomically(run.path() / "picture.svg", *svg);
-} catch (const std::exception& e) {
-  recorder->TryRecordEvent("no_picture", {{"error", CleanText(e.what())}});
-}
-
+// Without it the run is still whole, so what keeps it from being made is an event.
 bool TryWriteReport(const PreparedScenario& prepared, const RunDirectory& run, bool quiet, RunRecorder* recorder) try {
   StderrProgress shown(quiet, [](const std::string&) {});  // the recorder has said what stderr does not take
   WriteReport(prepared.scenario, run, *prepared.model, run.report_path(), &shown);
@@ -199,7 +189,6 @@ int RunLearn(const LearnArguments& arguments) {
     throw;
   }
   WriteTools(*prepared.model, document.learned, run, "learned");
-  WritePicture(prepared, document, run, &recorder);
   run.WriteResult(document);
   const bool has_report = TryWriteReport(prepared, run, arguments.quiet, &recorder);
   recorder.TryRecordEvent("done", {{"wall_s", document.wall_s}});

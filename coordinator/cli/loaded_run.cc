@@ -111,8 +111,8 @@ LoadedScenario LoadValidScenario(const fs::path& config, std::span<const std::st
 
 void WriteScenario(const LoadedScenario& scenario, const RunDirectory& run) {
   const std::set<std::string> own = {"config.yaml",  "run.json",        "journal",     "metrics.csv", "rollouts.csv",
-                                     "events.jsonl", "evaluation.json", "result.json", "picture.svg", "report.html",
-                                     "tool",         "policy",          "workers",     "key"};
+                                     "events.jsonl", "evaluation.json", "result.json", "report.html", "tool",
+                                     "policy",       "workers",         "key"};
   for (const auto& [name, bytes] : scenario.files) {
     if (name == kScenarioFileName) continue;
     const std::string first = *fs::path(name).begin();

@@ -7,9 +7,9 @@
 
 namespace knap {
 
-// What follows a task loss: " mm²" or " cm" where all its terms are squares of lengths, or lengths, in that unit;
-// " (lengths in cm)" where terms of other kinds are among them; empty where no term is of lengths, or their units
-// differ. Weights are numbers without a unit.
+// What follows a task loss: " mm²" or " cm" where all its terms are squares or absolute values on that scale;
+// " (lengths in cm)" where terms of other kinds are among them; empty where no term has a unit, or their scales differ.
+// Weights are numbers without a unit.
 std::string FormatLossUnit(const Scene& scene);
 
 }  // namespace knap

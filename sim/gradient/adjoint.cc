@@ -58,7 +58,13 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
   int interval = feedback == nullptr || trajectory.whole_steps() == 0
                      ? -1
                      : (trajectory.whole_steps() - 1) / controls.steps_per_interval;
-  FeedbackCotangents by_feedback{VectorXd::Zero(nv), VectorXd::Zero(nv), {}};
+  std::vector<StateCotangent> by_feedback;
+  const auto add = [&](const StateCotangent& at) {
+    if (at.body >= 0) AddStateCotangent(at, dynamics->kinematics()[at.body], &bodies[at.body]);
+    if (at.coordinate < 0) return;
+    bars.pose(at.coordinate) += at.pose;
+    bars.v(at.coordinate) += at.rate;
+  };
   auto next = cotangents.rbegin();
   constexpr double kEps = std::numeric_limits<double>::epsilon();
   double rounding_squared = 0.0;
@@ -66,26 +72,20 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
   for (int k = trajectory.size() - 1; k >= 0; --k) {
     pull.LoadState(k);
     double by_time = 0.0;
-    by_feedback.bodies.clear();
+    by_feedback.clear();
     if (interval >= 0 && trajectory.state_of_step(interval * controls.steps_per_interval) == k) {
-      by_feedback.pose.setZero();
-      by_feedback.v.setZero();
       feedback->PullBack({interval, k, trajectory.time(k), pull.q(), pull.v(), dynamics->kinematics()},
                          pull.controls().col(interval), &by_feedback);
-      bars.pose += by_feedback.pose;
-      bars.v += by_feedback.v;
       --interval;
     }
     const bool is_watched = next != cotangents.rend() && next->state == k;
-    if (is_watched || !by_feedback.bodies.empty()) {
+    if (is_watched || !by_feedback.empty()) {
       for (BodyCotangent& b : bodies) b = BodyCotangent{};
       for (; next != cotangents.rend() && next->state == k; ++next) {
-        AddStateCotangent(*next, dynamics->kinematics()[next->body], &bodies[next->body]);
+        add(*next);
         by_time += next->time.value_or(0.0);
       }
-      for (const StateCotangent& at : by_feedback.bodies) {
-        AddStateCotangent(at, dynamics->kinematics()[at.body], &bodies[at.body]);
-      }
+      for (const StateCotangent& at : by_feedback) add(at);
       by_time += pull.AddBodies(&bodies, &bars);
     }
     rounding_squared += (kEps * kEps) * bars.pose.squaredNorm();

@@ -29,13 +29,6 @@ struct FeedbackState {
   const std::vector<BodyKinematics>& kinematics;  // of q and v; accelerations are not to be used
 };
 
-// What it hands back to that state.
-struct FeedbackCotangents {
-  Eigen::VectorXd pose;                // tangent, nv [per m, per rad]
-  Eigen::VectorXd v;                   // nv
-  std::vector<StateCotangent> bodies;  // with the state's index
-};
-
 class Feedback {
  public:
   virtual ~Feedback() = default;
@@ -44,10 +37,11 @@ class Feedback {
   // once an interval, in their order. No allocation.
   virtual void SetControls(const FeedbackState& at, Eigen::Ref<Eigen::VectorXd> controls) = 0;
 
-  // From the cotangents of the controls of the whole interval: adds to *out, and to the parameters' cotangents, which
-  // the law keeps. Those of its own actuators become zero, since what stood there before had no say. Called once an
-  // interval, the last one first.
-  virtual void PullBack(const FeedbackState& at, Eigen::Ref<Eigen::VectorXd> bar_controls, FeedbackCotangents* out) = 0;
+  // From the cotangents of the controls of the whole interval: adds to *out, with the state's index, and to the
+  // parameters' cotangents, which the law keeps. Those of its own actuators become zero, since what stood there before
+  // had no say. Called once an interval, the last one first.
+  virtual void PullBack(const FeedbackState& at, Eigen::Ref<Eigen::VectorXd> bar_controls,
+                        std::vector<StateCotangent>* out) = 0;
 };
 
 }  // namespace knap

@@ -1,4 +1,5 @@
-// Cotangents of one body's motion at one state of a trajectory: how losses and observations speak to the adjoint.
+// Cotangents of one body's motion, or of one joint coordinate, at one state of a trajectory: how signals speak to the
+// adjoint.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,7 +9,7 @@ namespace knap {
 
 struct StateCotangent {
   int state = 0;
-  int body = 0;
+  int body = -1;                                  // none
   Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  // of p_WBo_W
   Eigen::Vector3d v_W = Eigen::Vector3d::Zero();  // of v_WBo_W
   Eigen::Vector3d r_W = Eigen::Vector3d::Zero();  // of the orientation: of dr where dR_WB = [dr]× R_WB
@@ -16,6 +17,10 @@ struct StateCotangent {
   // Of the state's time, where whoever watches knows what another time would mean to him; without a value the time is
   // his, and the state stays where it is.
   std::optional<double> time{};
+  // Of the joint coordinate with this index in v: of its pose and of its rate.
+  int coordinate = -1;  // none
+  double pose = 0.0;
+  double rate = 0.0;
 };
 
 }  // namespace knap

@@ -1,6 +1,6 @@
-// A network between observations and actuators: the closed-loop policy of one rollout.
+// A network between signals and actuators: the closed-loop policy of one rollout.
 //
-//   y_i = network(weights, observations at the start of interval i)          commands, one an output
+//   y_i = network(weights, (signal − offset)/scale at the start of interval i)          commands, one an output
 //   control of the actuator of output k:  center_k + half_k y_i[k]
 //
 // Cotangents come from the adjoint's sweep, and from losses that see the commands themselves (bar_commands).
@@ -9,10 +9,18 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "sim/integrators/feedback.h"
 #include "sim/policy/network.h"
-#include "sim/policy/observation.h"
+#include "sim/signals/signal_function.h"
 
 namespace knap {
+
+// What an input of the network sees; the signal needs no track.
+struct PolicyInput {
+  SignalPointer signal;
+  double offset = 0.0;
+  double scale = 1.0;  // > 0
+};
 
 // Where an output of the network goes.
 struct PolicyOutput {
@@ -23,12 +31,13 @@ struct PolicyOutput {
 
 class ClosedLoop final : public Feedback {
  public:
-  // As many observations and outputs as the network has inputs and outputs, and its weights.
-  ClosedLoop(Network network, std::vector<Observation> observations, std::vector<PolicyOutput> outputs,
-             Eigen::VectorXd weights, int intervals);
+  // As many inputs and outputs as the network has, and its weights. `num_points`: watched points, of all signals.
+  ClosedLoop(Network network, std::vector<PolicyInput> inputs, std::vector<PolicyOutput> outputs,
+             Eigen::VectorXd weights, int intervals, int num_points);
 
   void SetControls(const FeedbackState& at, Eigen::Ref<Eigen::VectorXd> controls) override;
-  void PullBack(const FeedbackState& at, Eigen::Ref<Eigen::VectorXd> bar_controls, FeedbackCotangents* out) override;
+  void PullBack(const FeedbackState& at, Eigen::Ref<Eigen::VectorXd> bar_controls,
+                std::vector<StateCotangent>* out) override;
 
   // Of the rollout so far: a row an output, a column an interval.
   const Eigen::MatrixXd& commands() const { return commands_; }
@@ -37,20 +46,20 @@ class ClosedLoop final : public Feedback {
   void BeginSweep(const Eigen::MatrixXd& bar_commands);
   // After it.
   const Eigen::VectorXd& bar_weights() const { return bar_weights_; }
-  const std::vector<Eigen::Vector3d>& bar_points() const { return bar_points_; }  // of each observation's point, in B
+  const std::vector<Eigen::Vector3d>& bar_points() const { return bar_signals_.points; }  // of each watched point, in B
 
  private:
   void Observe(const FeedbackState& at);
 
   Network network_;
-  std::vector<Observation> observations_;
+  std::vector<PolicyInput> inputs_;
   std::vector<PolicyOutput> outputs_;
   Eigen::VectorXd weights_;
   Eigen::MatrixXd commands_;
   Eigen::MatrixXd bar_commands_;
   Eigen::VectorXd bar_weights_;
-  std::vector<Eigen::Vector3d> bar_points_;
-  Eigen::VectorXd inputs_, bar_inputs_, bar_outputs_;  // scratch
+  SignalCotangents bar_signals_;
+  Eigen::VectorXd seen_, bar_seen_, bar_outputs_;  // scratch
 };
 
 }  // namespace knap

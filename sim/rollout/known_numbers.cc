@@ -52,14 +52,22 @@ design:
 variation:
   - {key: "bodies.pea.initial.position[0]", distribution: uniform, lower: -5 mm, upper: 5 mm}
 rollout: {horizon: 240 ms, newton_tolerance: 1e-13, newton_max_iterations: 30}
+signals:
+  - {name: x, type: position, body: pea, axis: x}
+  - {name: y, type: position, body: pea, axis: y}
 loss:
   task:
-    - {type: crossing, body: pea, axis: y, at: 14 mm, opening_axis: x, opening_half_width: 0.1 mm, weight: 1,
-       length_unit: 1 mm, shortfall_weight: 1.5, shortfall_scale: 20 mm}
+    - signals: [x]
+      when: {type: crossing, signal: y, at: 14 mm, never_cost: 600, never_scale: 20 mm}
+      margin: 0.1 mm
+      scale: 1 mm
   distillation:
-    - {type: position_match, body: pea, axes: [x, y], sample_period: 20 ms, normalize: mean,
-       weight: 1, length_unit: 1 mm}
-success: {type: crosses_opening, body: pea, axis: y, at: 14 mm, opening_axis: x, opening_half_width: 8 mm}
+    - signals: [x, y]
+      when: {type: samples, every: 20 ms, reduce: mean}
+      target: {type: reference}
+      scale: 1 mm
+success:
+  {type: within, signals: [x], above: -8 mm, below: 8 mm, when: {type: crossing, signal: y, at: 14 mm}}
 learning: {method: ours, variations: 1, batch: 1, dimensions_per_batch: 1, seed: 0}
 evaluation: {variations: 1, seed: 1}
 )";

@@ -138,7 +138,7 @@ RecordedRollout RolloutModel::Record(const RolloutInput& input, double period) {
   const Simulated s = Simulate(input.theta, input.controls, input.variation, manner);
   recorder.Finish();
   AddJoints(s.scene, s.model, *s.trajectory, &out.recording);
-  Cotangents unused;
+  SignalCotangents unused;
   Judge(s, reference, &unused, &out.output);
   return out;
 }

@@ -8,9 +8,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "sim/math/overloaded.h"
-#include "sim/rollout/height_loss.h"
-#include "sim/rollout/point_target.h"
 #include "sim/scenarios/apply_variation.h"
 #include "sim/scenarios/scenario_files.h"
 
@@ -43,6 +40,14 @@ void SetGradientUnknown(const RolloutInput& input, RolloutOutput* out) {
   if (!input.want_gradient) return;
   out->gradient = VectorXd::Constant(input.theta.size(), kUnknown);
   out->control_gradient = VectorXd::Constant(input.controls.size(), kUnknown);
+}
+
+// Rows as FindCommandRow counts them.
+Eigen::MatrixXd StackCommands(const Eigen::MatrixXd& open_loop, const ClosedLoop* policy) {
+  if (policy == nullptr) return open_loop;
+  Eigen::MatrixXd commands(open_loop.rows() + policy->commands().rows(), policy->commands().cols());
+  commands << open_loop, policy->commands();
+  return commands;
 }
 
 }  // namespace
@@ -78,9 +83,10 @@ RolloutModel::Simulated RolloutModel::Simulate(const VectorXd& theta, const Vect
   s.model = BuildModel(s.moved, *s.shapes, meshes_);
   const Eigen::Index open_loop = CountControls(s.scene);
   if (s.scene.controls) s.commands = CalcCommands(*s.scene.controls, controls.head(open_loop));
+  s.signals = std::make_unique<SignalSet>(s.scene, s.moved, s.model);
   if (s.scene.policy) {
     s.policy = std::make_unique<ClosedLoop>(
-        MakeClosedLoop(s.scene, s.moved, s.model, controls.tail(controls.size() - open_loop)));
+        MakeClosedLoop(s.scene, *s.signals, s.model, controls.tail(controls.size() - open_loop)));
   }
   s.dynamics = std::make_unique<Dynamics>(s.model.tree);
   s.contacts = std::make_unique<ContactModel>(s.model.contacts, s.model.grips);
@@ -88,9 +94,18 @@ RolloutModel::Simulated RolloutModel::Simulate(const VectorXd& theta, const Vect
   options.progress = manner.progress;
   if (manner.finer) options.tolerance *= 0.25;
   Simulator simulator(s.dynamics.get(), s.contacts.get());
-  if (manner.observe) simulator.observer = [&](double time) { manner.observe(s, time); };
+  ContactRecord record;
+  if (manner.observe || !s.signals->contacts().empty()) {
+    simulator.observer = [&](double time) {
+      AddToRecord(time, s.signals->contacts(), *s.contacts, &record);
+      if (manner.observe) manner.observe(s, time);
+    };
+  }
   s.trajectory = std::make_unique<Trajectory>(simulator.Run(
       s.model.q0, s.model.v0, options, MakeControlSequence(s.scene, s.model, s.commands), s.policy.get()));
+  s.track =
+      std::make_unique<RolloutTrack>(*s.trajectory, s.dynamics.get(), s.scene.rollout.step, s.signals->remembered(),
+                                     StackCommands(s.commands, s.policy.get()), std::move(record));
   return s;
 }
 
@@ -105,16 +120,7 @@ const RolloutModel::Reference& RolloutModel::GetReference(const RolloutInput& in
   Reference reference{input.theta_reference, input.controls_reference, input.variation, {}};
   const Simulated s = Simulate(input.theta_reference, input.controls_reference, input.variation, {});
   if (s.trajectory->certificate.converged) {
-    for (const DistillationTerm& term : s.scene.loss.distillation) {
-      Reference::Path path;
-      if (const auto* match = std::get_if<PositionMatchLoss>(&term)) {
-        path.body = TraceBody(*s.trajectory, s.model.body_index.at(match->body), s.dynamics.get());
-      } else {
-        path.heights =
-            TraceHeight(std::get<HeightLoss>(term), s.scene.rollout.step, s.model, *s.trajectory, s.dynamics.get());
-      }
-      reference.paths.push_back(std::move(path));
-    }
+    for (const Term& term : s.scene.loss.distillation) reference.terms.push_back(TraceTerm(term, s.watched()));
   }
   references_.push_front(std::move(reference));
   if (references_.size() > kCachedReferences) references_.pop_back();
@@ -143,69 +149,6 @@ void RolloutModel::CheckInput(const RolloutInput& input) const {
   }
 }
 
-double RolloutModel::EvaluateTask(const Simulated& s, Cotangents* bar) const {
-  double loss = 0.0;
-  for (std::size_t i = 0; i < s.moved.loss.task.size(); ++i) {
-    loss += std::visit(
-        Overloaded{[&](const CrossingLoss& term) {
-                     const int body = s.model.body_index.at(term.opening.body);
-                     return EvaluateCrossingLoss(term, TraceBody(*s.trajectory, body, s.dynamics.get()), &bar->states);
-                   },
-                   [&](const HeightHoldLoss& term) {
-                     return EvaluateHeightHold(term, s.scene.rollout.step, s.model, *s.trajectory, s.dynamics.get(),
-                                               &bar->states);
-                   },
-                   [&](const ControlCostLoss& term) {
-                     bar->commands += 2.0 * term.weight * s.commands;
-                     if (!s.policy) return term.weight * s.commands.squaredNorm();
-                     bar->policy_commands += 2.0 * term.weight * s.policy->commands();
-                     return term.weight * (s.commands.squaredNorm() + s.policy->commands().squaredNorm());
-                   },
-                   [&](const PointTargetLoss& term) {
-                     PointCotangent point;
-                     point.body = term.body;
-                     point.p_B = std::get<PointTargetLoss>(s.scene.loss.task[i]).point;
-                     const double value = EvaluatePointTarget(term, s.scene.rollout.step, *s.trajectory,
-                                                              s.model.body_index.at(term.body), s.dynamics.get(),
-                                                              &bar->states, &point.bar_B);
-                     bar->points.push_back(point);
-                     return value;
-                   }},
-        s.moved.loss.task[i]);
-  }
-  return loss;
-}
-
-double RolloutModel::EvaluateDistillation(const Simulated& s, const Reference& reference, Cotangents* bar) const {
-  double loss = 0.0;
-  for (std::size_t i = 0; i < reference.paths.size(); ++i) {
-    const Reference::Path& path = reference.paths[i];
-    loss += std::visit(Overloaded{[&](const PositionMatchLoss& term) {
-                                    const int body = s.model.body_index.at(term.body);
-                                    return EvaluatePositionMatch(term, s.scene.rollout.step,
-                                                                 TraceBody(*s.trajectory, body, s.dynamics.get()),
-                                                                 path.body, &bar->states);
-                                  },
-                                  [&](const HeightLoss& term) {
-                                    return EvaluateHeightMatch(term, s.scene.rollout.step, s.model, *s.trajectory,
-                                                               path.heights, s.dynamics.get(), &bar->states);
-                                  }},
-                       s.scene.loss.distillation[i]);
-  }
-  return loss;
-}
-
-bool RolloutModel::TestSuccess(const Simulated& s) const {
-  return std::visit(Overloaded{[&](const CrossesOpening& test) {
-                                 const int body = s.model.body_index.at(test.opening.body);
-                                 return CrossesInside(test.opening, TraceBody(*s.trajectory, body, s.dynamics.get()));
-                               },
-                               [&](const HoldsRope& test) {
-                                 return HoldsRopeAtEnd(test, s.scene, s.model, *s.trajectory, s.dynamics.get());
-                               }},
-                    *s.scene.success);
-}
-
 std::vector<std::string> RolloutModel::FindDistrust(const Simulated& s) const {
   const SimulationCertificate& certificate = s.trajectory->certificate;
   const auto name = [&](int pair, int k) {
@@ -224,19 +167,24 @@ std::vector<std::string> RolloutModel::FindDistrust(const Simulated& s) const {
   return out;
 }
 
-double RolloutModel::Evaluate(const Simulated& s, const Reference* reference, Cotangents* bar) const {
-  bar->commands.setZero(s.commands.rows(), s.commands.cols());
-  if (s.policy) bar->policy_commands.setZero(s.policy->commands().rows(), s.policy->commands().cols());
-  const double loss = reference != nullptr ? EvaluateDistillation(s, *reference, bar) : EvaluateTask(s, bar);
+double RolloutModel::Evaluate(const Simulated& s, const Reference* reference, SignalCotangents* bar) const {
+  bar->points.assign(s.signals->points().size(), Eigen::Vector3d::Zero());
+  const std::vector<Term>& terms = reference != nullptr ? s.scene.loss.distillation : s.scene.loss.task;
+  double loss = 0.0;
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    loss +=
+        EvaluateTerm(terms[i], s.watched(), reference != nullptr ? reference->terms[i] : std::vector<double>(), bar);
+  }
   std::stable_sort(bar->states.begin(), bar->states.end(),
                    [](const StateCotangent& a, const StateCotangent& b) { return a.state < b.state; });
   return loss;
 }
 
-void RolloutModel::Judge(const Simulated& s, const Reference* reference, Cotangents* bar, RolloutOutput* out) const {
+void RolloutModel::Judge(const Simulated& s, const Reference* reference, SignalCotangents* bar,
+                         RolloutOutput* out) const {
   out->certificate = s.trajectory->certificate;
   out->steps = out->certificate.steps;
-  if (reference != nullptr && reference->paths.size() != s.scene.loss.distillation.size()) {
+  if (reference != nullptr && reference->terms.size() != s.scene.loss.distillation.size()) {
     out->certificate.converged = false;
   }
   if (!out->certificate.converged) {
@@ -246,35 +194,46 @@ void RolloutModel::Judge(const Simulated& s, const Reference* reference, Cotange
   }
   out->loss = Evaluate(s, reference, bar);
   out->distrust = FindDistrust(s);
-  out->success = s.scene.success && out->distrust.empty() && TestSuccess(s);
+  out->success = s.scene.success && out->distrust.empty() && Holds(*s.scene.success, s.watched());
   out->certificate.finite = std::isfinite(out->loss);
 }
 
-RolloutModel::Gradient RolloutModel::CalcGradient(const VectorXd& controls, const Simulated& s, Cotangents bar,
-                                                  TimeNodes nodes) const {
+RolloutModel::Gradient RolloutModel::CalcGradient(const VectorXd& controls, const Simulated& s,
+                                                  const SignalCotangents& bar, TimeNodes nodes) const {
   Gradient out;
   out.design = VectorXd::Zero(num_parameters());
   const Eigen::Index open_loop = CountControls(s.scene);
+  // Of the open-loop commands, then of the policy's.
+  Eigen::MatrixXd bar_commands = Eigen::MatrixXd::Zero(s.commands.rows() + (s.policy ? s.policy->commands().rows() : 0),
+                                                       s.policy ? s.policy->commands().cols() : s.commands.cols());
+  for (const CommandCotangent& c : bar.commands) bar_commands(c.row, c.interval) += c.bar;
   // What a loss sees of a policy's commands goes back into the states too.
   if (!bar.states.empty() || s.policy != nullptr) {
-    if (s.policy) s.policy->BeginSweep(bar.policy_commands);
+    if (s.policy) s.policy->BeginSweep(bar_commands.bottomRows(s.policy->commands().rows()));
     const TrajectoryGradient gradient =
         SweepAdjoint(*s.trajectory, bar.states, s.dynamics.get(), s.contacts.get(), s.policy.get(), nodes);
-    if (s.policy) {
-      const std::vector<PointCotangent> observed = ListObservedPoints(*s.scene.policy, s.policy->bar_points());
-      bar.points.insert(bar.points.end(), observed.begin(), observed.end());
-    }
     out.touchdowns = gradient.touchdowns;
     out.loss_rounding = gradient.loss_rounding;
     out.loss_error = gradient.loss_error;
     out.finite = out.finite && gradient.finite;
     out.solvable = gradient.solvable;
-    if (design_) out.design = design_->PullBack(s.scene, *s.shapes, s.model, gradient, bar.points);
-    if (s.scene.controls) bar.commands += PullBackControlSequence(s.scene, s.model, gradient.controls);
+    if (design_) {
+      std::vector<PointCotangent> points;
+      for (std::size_t i = 0; i < s.signals->points().size(); ++i) {
+        const SignalPoint& point = s.signals->points()[i];
+        points.push_back({point.body, point.p_B, bar.points[i]});
+        if (s.policy) points.back().bar_B += s.policy->bar_points()[i];
+      }
+      out.design = design_->PullBack(s.scene, *s.shapes, s.model, gradient, points);
+    }
+    if (s.scene.controls) {
+      bar_commands.topRows(s.commands.rows()) += PullBackControlSequence(s.scene, s.model, gradient.controls);
+    }
   }
   out.controls.resize(num_controls());
   if (s.scene.controls) {
-    out.controls.head(open_loop) = PullBackCommands(*s.scene.controls, controls.head(open_loop), bar.commands);
+    out.controls.head(open_loop) =
+        PullBackCommands(*s.scene.controls, controls.head(open_loop), bar_commands.topRows(s.commands.rows()));
   }
   if (s.policy) out.controls.tail(CountWeights(s.scene)) = s.policy->bar_weights();
   out.finite = out.finite && out.design.allFinite() && out.controls.allFinite();
@@ -297,7 +256,7 @@ VectorXd RolloutModel::Normalize(const Scene& scene, const Gradient& gradient) c
 }
 
 void RolloutModel::AddGradient(const RolloutInput& input, const Simulated& s, const Reference* reference,
-                               const Cotangents& bar, RolloutOutput* out) {
+                               const SignalCotangents& bar, RolloutOutput* out) {
   const GradientDemand& demand = s.scene.gradient;
   const bool chosen_steps = s.scene.rollout.integrator == Integrator::kTrBdf2;
   VectorXd frozen;
@@ -327,7 +286,7 @@ void RolloutModel::AddGradient(const RolloutInput& input, const Simulated& s, co
   if (gradient.touchdowns >= kLeastCascade && out->touchdown_share > demand.touchdown) doubt("touchdowns");
   if (demand.compare != GradientComparison::kFiner || !chosen_steps) return;
   const Simulated finer = Simulate(input.theta, input.controls, input.variation, {.finer = true});
-  Cotangents bar_finer;
+  SignalCotangents bar_finer;
   out->gradient_change = std::numeric_limits<double>::infinity();
   if (finer.trajectory->certificate.converged) {
     Evaluate(finer, reference, &bar_finer);
@@ -372,7 +331,7 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
   if (progress) manner.progress = [&](int done) { progress(done, total); };
   const Simulated s = Simulate(input.theta, input.controls, input.variation, manner);
   RolloutOutput out;
-  Cotangents bar;
+  SignalCotangents bar;
   Judge(s, reference, &bar, &out);
   if (!out.certificate.converged) {
     SetGradientUnknown(input, &out);
@@ -385,13 +344,6 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
   if (input.want_gradient) AddGradient(input, s, reference, bar, &out);
   gradient_s = clock ? clock() - middle : 0.0;
   return out;
-}
-
-BodyPath RolloutModel::Trace(const RolloutInput& input, const std::string& body) {
-  CheckInput(input);
-  RequireSound(input.theta);
-  const Simulated s = Simulate(input.theta, input.controls, input.variation, {});
-  return TraceBody(*s.trajectory, s.model.body_index.at(body), s.dynamics.get());
 }
 
 }  // namespace knap

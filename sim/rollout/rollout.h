@@ -17,6 +17,8 @@
 #include "sim/gradient/adjoint.h"
 #include "sim/rollout/build_model.h"
 #include "sim/rollout/build_policy.h"
+#include "sim/rollout/build_signals.h"
+#include "sim/rollout/conditions.h"
 #include "sim/rollout/control_commands.h"
 #include "sim/rollout/loss_terms.h"
 #include "sim/rollout/recording.h"
@@ -82,10 +84,8 @@ class RolloutModel {
   // mesh is an outcome, see RolloutOutput::failure. `progress` may be empty.
   RolloutOutput Run(const RolloutInput& input, const std::function<void(int done, int total)>& progress);
 
-  // For pictures, at theta, controls and variation of `input`. Throw std::invalid_argument, also when theta folds a
-  // mesh. The path of one body, without any loss; and all that can be seen, at the start and at the first accepted step
-  // at or after each multiple of `period` [s], 0: at every step.
-  BodyPath Trace(const RolloutInput& input, const std::string& body);
+  // All that can be seen at theta, controls and variation of `input`, at the start and at the first accepted step at or
+  // after each multiple of `period` [s], 0: at every step. Throws std::invalid_argument, also when theta folds a mesh.
   RecordedRollout Record(const RolloutInput& input, double period);
 
   // Wall time of the last Run's parts, by the caller's clock (seconds since any origin); zero without one.
@@ -104,24 +104,18 @@ class RolloutModel {
     std::unique_ptr<ContactModel> contacts;
     std::unique_ptr<ClosedLoop> policy;  // null without one; its commands are its own
     std::unique_ptr<Trajectory> trajectory;
-  };
-  // What losses put on one rollout.
-  struct Cotangents {
-    std::vector<StateCotangent> states;
-    std::vector<PointCotangent> points;
-    Eigen::MatrixXd commands;         // like Simulated::commands
-    Eigen::MatrixXd policy_commands;  // like those of Simulated::policy
+    std::unique_ptr<SignalSet> signals;
+    std::unique_ptr<RolloutTrack> track;
+
+    Watched watched() const { return {*signals, *track, scene.rollout}; }
   };
 
-  // Reference paths of one (theta, controls, variation), one a distillation term; empty when the reference failed.
+  // What the distillation terms refer to on the reference of one (theta, controls, variation), each by itself; empty
+  // when the reference failed.
   struct Reference {
     Eigen::VectorXd theta, controls;
     std::vector<double> variation;
-    struct Path {
-      BodyPath body;                // of a position match
-      std::vector<double> heights;  // of a height match
-    };
-    std::vector<Path> paths;
+    std::vector<std::vector<double>> terms;
   };
 
   void CheckInput(const RolloutInput& input) const;
@@ -137,13 +131,10 @@ class RolloutModel {
   Simulated Simulate(const Eigen::VectorXd& theta, const Eigen::VectorXd& controls,
                      const std::vector<double>& variation, const Manner& manner);
   // Certificate and, where the trajectory has converged, loss, success and trust.
-  void Judge(const Simulated& s, const Reference* reference, Cotangents* bar, RolloutOutput* out) const;
-  double EvaluateTask(const Simulated& s, Cotangents* bar) const;
-  double EvaluateDistillation(const Simulated& s, const Reference& reference, Cotangents* bar) const;
-  bool TestSuccess(const Simulated& s) const;
+  void Judge(const Simulated& s, const Reference* reference, SignalCotangents* bar, RolloutOutput* out) const;
   std::vector<std::string> FindDistrust(const Simulated& s) const;
   // The loss of the input's kind and what it puts on *bar.
-  double Evaluate(const Simulated& s, const Reference* reference, Cotangents* bar) const;
+  double Evaluate(const Simulated& s, const Reference* reference, SignalCotangents* bar) const;
   // Of one sweep.
   struct Gradient {
     Eigen::VectorXd design, controls;
@@ -152,11 +143,12 @@ class RolloutModel {
     double loss_rounding = 0.0;
     double loss_error = 0.0;
   };
-  Gradient CalcGradient(const Eigen::VectorXd& controls, const Simulated& s, Cotangents bar, TimeNodes nodes) const;
+  Gradient CalcGradient(const Eigen::VectorXd& controls, const Simulated& s, const SignalCotangents& bar,
+                        TimeNodes nodes) const;
   // All of it in range-normalised parameters.
   Eigen::VectorXd Normalize(const Scene& scene, const Gradient& gradient) const;
-  void AddGradient(const RolloutInput& input, const Simulated& s, const Reference* reference, const Cotangents& bar,
-                   RolloutOutput* out);
+  void AddGradient(const RolloutInput& input, const Simulated& s, const Reference* reference,
+                   const SignalCotangents& bar, RolloutOutput* out);
 
   const Reference& GetReference(const RolloutInput& input);
 

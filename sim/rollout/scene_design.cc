@@ -116,21 +116,16 @@ void SceneDesign::MoveAttachments(const VectorXd& theta, Scene* scene) const {
     const Vector3d at = body.joint.GetAttachmentPoint();
     move(body.parent, at, &body.joint.position);
   }
-  for (TaskTerm& term : scene->loss.task) {
-    auto* target = std::get_if<PointTargetLoss>(&term);
-    if (target != nullptr) move(target->body, Vector3d(target->point), &target->point);
+  for (Signal& signal : scene->signals) {
+    std::visit(
+        [&](auto& kind) {
+          if constexpr (requires { kind.point; }) move(kind.body, Vector3d(kind.point), &kind.point);
+        },
+        signal.kind);
   }
   for (Grip& grip : scene->grips) {
     move(grip.body, Vector3d(grip.point), &grip.point);
     move(grip.held, Vector3d(grip.held_point), &grip.held_point);
-  }
-  if (!scene->policy) return;
-  for (PolicyObservation& observation : scene->policy->observations) {
-    std::visit(
-        [&](auto& o) {
-          if constexpr (requires { o.point; }) move(o.body, Vector3d(o.point), &o.point);
-        },
-        observation);
   }
 }
 

@@ -2,7 +2,7 @@
 // and cotangents of all these back to theta.
 //
 // Everything that moves with a body's mesh does so through its cage (cage_design.h): vertices, and the points of the
-// body where joints are attached and that losses or policies watch,  x(theta) = x + dx/dtheta (theta − theta0).  Mass,
+// body where joints are attached and that signals watch,  x(theta) = x + dx/dtheta (theta − theta0).  Mass,
 // centre and inertia of a body with a density are volume integrals over the mesh (mass_properties.h); with an explicit
 // inertia they stay.
 #pragma once
@@ -22,7 +22,7 @@
 
 namespace knap {
 
-// Cotangent of a point that a loss watches or a policy observes.
+// Cotangent of a point that a signal watches.
 struct PointCotangent {
   std::string body;
   Eigen::Vector3d p_B = Eigen::Vector3d::Zero();    // as on file: before theta moved it
@@ -48,8 +48,8 @@ class SceneDesign {
   // The first fault that CalcShapes would find (DesignedShape::fault), at less cost; empty when there is none.
   std::string FindFault(const Eigen::VectorXd& theta) const;
 
-  // Moves joints, points of grips and watched points, those of losses and of the policy, that hang on designed bodies
-  // from where the file has them to where theta does.
+  // Moves joints, points of grips and those that signals watch, where they hang on designed bodies, from where the file
+  // has them to where theta does.
   void MoveAttachments(const Eigen::VectorXd& theta, Scene* scene) const;
 
   // dloss/dtheta. `scene` is the one before MoveAttachments, `model` was built after it with these shapes.

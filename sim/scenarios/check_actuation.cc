@@ -122,10 +122,6 @@ class ActuationChecker {
       Report({"policy.interval", "controls.interval"},
              fmt::format("must be that of the controls, {}", FormatQuantity(scene_.controls->interval, kTime)));
     }
-    for (std::size_t i = 0; i < policy.observations.size(); ++i) {
-      const std::string path = fmt::format("policy.observations[{}]", i);
-      std::visit([&](const auto& observation) { CheckObservation(observation, path); }, policy.observations[i]);
-    }
     if (policy.lower >= policy.upper) {
       Report({"policy.lower", "policy.upper"}, fmt::format("must be less than upper, {}", policy.upper));
     } else if (std::holds_alternative<RandomWeights>(policy.initial) && (policy.lower > 0.0 || policy.upper < 0.0)) {
@@ -137,30 +133,6 @@ class ActuationChecker {
       Report({"policy.hidden", "policy"},
              fmt::format("the network has {} weights, at most {} are allowed", weights, kMostWeights));
     }
-  }
-
-  template <class Observation>
-  void CheckObservation(const Observation& observation, const std::string& path) {
-    if constexpr (std::is_same_v<Observation, AngleObservation> || std::is_same_v<Observation, RateObservation>) {
-      CheckJoint<RevoluteJoint>(observation.joint, "revolute", path);
-    } else if constexpr (requires { observation.joint; }) {
-      CheckJoint<PrismaticJoint>(observation.joint, "prismatic", path);
-    }
-    if constexpr (requires { observation.in; }) {
-      if (observation.in == observation.body) {
-        Report({path + ".in", path + ".body"}, "a body does not move in its own frame; name another one, or the world");
-      }
-    }
-  }
-
-  template <class Wanted>
-  void CheckJoint(const std::string& name, const char* wanted, const std::string& path) {
-    const Body* body = FindSoundBody(name);
-    if (body == nullptr || std::holds_alternative<Wanted>(body->joint.kind)) return;
-    Report({path + ".joint", "bodies." + name + ".joint.type"},
-           fmt::format("the joint of this body is not {}; of others the body's position, direction, velocity and "
-                       "angular_velocity can be observed",
-                       wanted));
   }
 
   void CheckLearnedParts() {

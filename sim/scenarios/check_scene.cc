@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "sim/scenarios/check_actuation.h"
+#include "sim/scenarios/check_objective.h"
 #include "sim/scenarios/check_rules.h"
 #include "sim/scenarios/check_values.h"
 #include "sim/scenarios/check_variation.h"
@@ -28,7 +29,7 @@ class SceneChecker {
     for (std::size_t i = 0; i < scene_.grips.size(); ++i) CheckGrip(i);
     CheckDesign();
     CheckRollout();
-    CheckLoss();
+    CheckObjective(scene_, log_);
     for (const ValueFault& fault : FindValueFaults(scene_)) Report(fault.paths, fault.message);
     CheckActuation(scene_, log_);
     CheckVariation(scene_, log_);
@@ -199,38 +200,6 @@ class SceneChecker {
              fmt::format("these are {:.0f} steps of {}, at most {:.0f} are allowed", rollout.horizon / rollout.step,
                          FormatQuantity(rollout.step, kTime), kMostSteps));
     }
-  }
-
-  void CheckLoss() {
-    for (std::size_t i = 0; i < scene_.loss.task.size(); ++i) {
-      const std::string path = fmt::format("loss.task[{}]", i);
-      const TaskTerm& term = scene_.loss.task[i];
-      if (const auto* crossing = std::get_if<CrossingLoss>(&term)) CheckOpening(crossing->opening, path);
-      if (std::holds_alternative<ControlCostLoss>(term) && !scene_.IsDriven()) {
-        Report({path + ".type", path}, "the scenario has no section controls or policy");
-      }
-    }
-    for (std::size_t i = 0; i < scene_.loss.distillation.size(); ++i) {
-      const std::string path = fmt::format("loss.distillation[{}]", i);
-      const DistillationTerm& term = scene_.loss.distillation[i];
-      if (const auto* match = std::get_if<PositionMatchLoss>(&term)) {
-        if (HasRepeats(match->axes)) Report({path + ".axes"}, "names an axis twice");
-      }
-    }
-    if (!scene_.success) return;
-    if (const auto* crosses = std::get_if<CrossesOpening>(&*scene_.success)) CheckOpening(crosses->opening, "success");
-    if (const auto* holds = std::get_if<HoldsRope>(&*scene_.success)) {
-      const bool touch = std::any_of(scene_.contacts.begin(), scene_.contacts.end(), [&](const Contact& contact) {
-        const auto& [a, b] = contact.bodies;
-        return (a == holds->rope && b == holds->body) || (b == holds->rope && a == holds->body);
-      });
-      if (!touch) Report({"success.body", "contacts"}, fmt::format("has no contact with {}", holds->rope));
-    }
-  }
-
-  void CheckOpening(const Opening& opening, const std::string& path) {
-    if (opening.axis != opening.opening_axis) return;
-    Report({path + ".opening_axis", path + ".axis"}, "must differ from axis: the opening lies in the plane");
   }
 
   // Where nothing varies there is one rollout to learn from and one to test; what the file says must not differ.

@@ -11,6 +11,7 @@
 #include <utility>
 #include <variant>
 
+#include "sim/scenarios/check_objective.h"
 #include "sim/scenarios/check_rules.h"
 #include "sim/scenarios/units.h"
 
@@ -28,7 +29,8 @@ class ValueChecker {
     for (const Rope& rope : scene_.ropes) CheckRope(rope);
     for (std::size_t i = 0; i < scene_.contacts.size(); ++i) CheckContact(i);
     for (std::size_t i = 0; i < scene_.grips.size(); ++i) CheckGrip(i);
-    CheckLoss();
+    const std::vector<ValueFault> of_objective = FindObjectiveFaults(scene_);
+    faults_.insert(faults_.end(), of_objective.begin(), of_objective.end());
     return std::move(faults_);
   }
 
@@ -158,66 +160,6 @@ class ValueChecker {
     if (grip.held_point.x() < 0.0 || grip.held_point.x() > length * (1.0 + kDecimalRoundOff)) {
       Report({path + ".held_point[0]", path + ".held_point", "ropes." + rope->name + ".links"},
              fmt::format("must lie on the rope, from 0 m to {}", FormatQuantity(length, kLength)));
-    }
-  }
-
-  void CheckLoss() {
-    for (std::size_t i = 0; i < scene_.loss.task.size(); ++i) {
-      const std::string path = fmt::format("loss.task[{}]", i);
-      const TaskTerm& term = scene_.loss.task[i];
-      if (const auto* hold = std::get_if<HeightHoldLoss>(&term)) CheckHeight(hold->height, path);
-      if (const auto* target = std::get_if<PointTargetLoss>(&term)) CheckPointTarget(*target, path);
-    }
-    for (std::size_t i = 0; i < scene_.loss.distillation.size(); ++i) {
-      const std::string path = fmt::format("loss.distillation[{}]", i);
-      const DistillationTerm& term = scene_.loss.distillation[i];
-      if (const auto* match = std::get_if<PositionMatchLoss>(&term)) {
-        CheckSampling(match->sample_period, scene_.rollout.horizon, "rollout.horizon", path);
-      }
-      if (const auto* height = std::get_if<HeightLoss>(&term)) CheckHeight(*height, path);
-    }
-  }
-
-  void CheckSampling(double period, double end, const std::string& end_path, const std::string& path) {
-    if (!IsWholeMultiple(period, scene_.rollout.step)) {
-      Report({path + ".sample_period", "rollout.step"},
-             fmt::format("must be a whole number of steps of {}", FormatQuantity(scene_.rollout.step, kTime)));
-    } else if (period > end) {
-      Report({path + ".sample_period", end_path},
-             fmt::format("must be at most {}, {}", end_path == "rollout.horizon" ? "the horizon" : "`until`",
-                         FormatQuantity(end, kTime)));
-    }
-  }
-
-  void CheckHeight(const HeightLoss& loss, const std::string& path) {
-    CheckSampling(loss.sample_period, loss.until, path + ".until", path);
-    if (loss.until > scene_.rollout.horizon) {
-      Report({path + ".until", "rollout.horizon"},
-             fmt::format("must be at most the horizon, {}", FormatQuantity(scene_.rollout.horizon, kTime)));
-    }
-    if (loss.from == 0.0) return;
-    if (!IsWholeMultiple(loss.from, loss.sample_period)) {
-      Report({path + ".from", path + ".sample_period"},
-             fmt::format("must be a whole number of sample periods of {}", FormatQuantity(loss.sample_period, kTime)));
-    } else if (loss.from >= loss.until) {
-      Report({path + ".from", path + ".until"},
-             fmt::format("must be less than `until`, {}", FormatQuantity(loss.until, kTime)));
-    } else if (loss.from + loss.sample_period > loss.until * (1.0 + kDecimalRoundOff)) {
-      Report({path + ".until", path + ".from", path + ".sample_period"},
-             fmt::format("no sample lies between `from`, {}, and here; one comes every {}",
-                         FormatQuantity(loss.from, kTime), FormatQuantity(loss.sample_period, kTime)));
-    }
-  }
-
-  void CheckPointTarget(const PointTargetLoss& loss, const std::string& path) {
-    CheckSampling(loss.sample_period, scene_.rollout.horizon, "rollout.horizon", path);
-    for (std::size_t i = 0; i < loss.targets.size(); ++i) {
-      const std::string from = fmt::format("{}.targets[{}].from", path, i);
-      if (i == 0 && loss.targets[i].from != 0.0) {
-        Report({from}, "the first target must count from 0 s");
-      } else if (i > 0 && loss.targets[i].from <= loss.targets[i - 1].from) {
-        Report({from, fmt::format("{}.targets[{}].from", path, i - 1)}, "must be later than the target before");
-      }
     }
   }
 

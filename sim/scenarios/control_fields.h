@@ -3,12 +3,12 @@
 
 #include "sim/scenarios/controls.h"
 #include "sim/scenarios/field_visitor.h"
+#include "sim/scenarios/signal_fields.h"
 
 namespace knap {
 
 void VisitFields(FieldVisitor& v, Controls& controls);
 
-// After everything whose numbers the policy may observe.
-void VisitFields(FieldVisitor& v, Policy& policy);
+void VisitPolicy(FieldVisitor& v, const SignalDimensions& signals, Policy& policy);
 
 }  // namespace knap

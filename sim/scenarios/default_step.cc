@@ -8,22 +8,40 @@
 
 namespace knap {
 
+namespace {
+
+template <class Take>
+void TakeTimes(const Condition& condition, const Take& take) {
+  std::visit(
+      [&](const auto& kind) {
+        if constexpr (requires { kind.of; }) {
+          for (const Condition& part : kind.of) TakeTimes(part, take);
+        } else if (const auto* at = std::get_if<AtTime>(&kind.when)) {
+          take(at->time);
+        }
+      },
+      condition.kind);
+}
+
+}  // namespace
+
 double CalcDefaultStep(const Scene& scene) {
   constexpr double kUnit = 1e-9;  // [s]
   std::int64_t divisor = 0;
   const auto take = [&divisor](double time) { divisor = std::gcd(divisor, std::llround(time / kUnit)); };
-  const auto take_height = [&take](const HeightLoss& loss) {
-    for (const double time : {loss.sample_period, loss.from, loss.until}) take(time);
-  };
   take(scene.rollout.horizon);
-  for (const TaskTerm& term : scene.loss.task) {
-    if (const auto* hold = std::get_if<HeightHoldLoss>(&term)) take_height(hold->height);
-    if (const auto* target = std::get_if<PointTargetLoss>(&term)) take(target->sample_period);
+  for (const auto* terms : {&scene.loss.task, &scene.loss.distillation}) {
+    for (const Term& term : *terms) {
+      if (const auto* at = std::get_if<AtTime>(&term.when)) take(at->time);
+      const auto* samples = std::get_if<OverSamples>(&term.when);
+      if (samples == nullptr) continue;
+      for (const double time : {samples->every, samples->from}) take(time);
+    }
   }
-  for (const DistillationTerm& term : scene.loss.distillation) {
-    if (const auto* match = std::get_if<PositionMatchLoss>(&term)) take(match->sample_period);
-    if (const auto* height = std::get_if<HeightLoss>(&term)) take_height(*height);
+  for (const Signal& signal : scene.signals) {
+    if (const auto* drift = std::get_if<DriftSignal>(&signal.kind)) take(drift->since);
   }
+  if (scene.success) TakeTimes(*scene.success, take);
   if (scene.controls) take(scene.controls->interval);
   if (scene.policy) take(scene.policy->interval);
   const std::int64_t longest = std::llround(kLongestDefaultStep / kUnit);

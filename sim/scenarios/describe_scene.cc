@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -35,10 +36,13 @@ class TableCollector final : public FieldVisitor {
     std::string type = "number";
     if (info.dimension_of != nullptr) {
       type = "number in the unit of the key";
+    } else if (!info.dimension_is_of.empty()) {
+      type = fmt::format("number in the unit of {}", info.dimension_is_of);
     } else if (info.dimension != kDimensionless) {
       type = fmt::format("number in {}", UnitName(info.dimension));
     }
-    AddLeaf(info, range.empty() ? type : type + ", " + range, FormatQuantity(value, info.dimension));
+    AddLeaf(info, range.empty() ? type : type + ", " + range,
+            std::isfinite(value) ? FormatQuantity(value, info.dimension) : "none");
   }
 
   void Integer(const FieldInfo& info, std::int64_t& value) override {
@@ -67,6 +71,10 @@ class TableCollector final : public FieldVisitor {
   }
 
   void Sequence(const FieldInfo& info, const SequenceAccess& sequence) override {
+    if (info.recursive) {
+      AddRow(info, "list of sections such as this", info.required ? "required" : "empty");
+      return;
+    }
     const std::size_t given = sequence.size();
     if (given == 0) sequence.resize(std::max<std::size_t>(1, sequence.min_size));
     if (sequence.of_sections) {
@@ -114,6 +122,7 @@ class TableCollector final : public FieldVisitor {
       case TextRole::kNewRope:
       case TextRole::kNewParameter:
       case TextRole::kNewGroup:
+      case TextRole::kNewSignal:
         return "name";
       case TextRole::kBody:
         return "name of a body";
@@ -127,6 +136,8 @@ class TableCollector final : public FieldVisitor {
         return "name of a parameter";
       case TextRole::kGroup:
         return "name of a vertex group";
+      case TextRole::kSignal:
+        return "name of a signal";
       case TextRole::kFile:
         return "file, relative to the scenario's";
       case TextRole::kNumericKey:

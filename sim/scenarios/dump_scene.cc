@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "sim/scenarios/numeric_keys.h"
 #include "sim/scenarios/scene_fields.h"
@@ -43,6 +44,7 @@ class SceneWriter final : public FieldVisitor {
   std::string TakeText() { return std::move(text_); }
 
   void Number(const FieldInfo& info, double& value) override {
+    if (!std::isfinite(value)) return;  // a bound that is none
     Dimension dimension = info.dimension;
     if (info.dimension_of != nullptr) {
       const auto key =

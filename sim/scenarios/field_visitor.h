@@ -50,6 +50,8 @@ enum class TextRole {
   kNewRope,
   kRope,
   kBodyOrRope,
+  kNewSignal,
+  kSignal,
   kParameter,
   kGroup,
   kFile,        // a path relative to the scenario file, without ".."
@@ -61,9 +63,12 @@ struct FieldInfo {
   std::string_view doc = {};                  // one line for the reader of the documentation
   bool required = true;                       // else the file may leave it out, and the value that is there stays
   Dimension dimension = {};                   // of a Number
+  bool dimension_known = true;                // else a Number may have any
+  std::string_view dimension_is_of = {};      // for the documentation, where the dimension depends on something
   const std::string* dimension_of = nullptr;  // set: a Number has the dimension of the number at this path instead
   Range range = {};                           // of a Number or Integer
   TextRole role = TextRole::kProse;           // of a Text
+  bool recursive = false;                     // the elements of a Sequence are such as this one stands in
 };
 
 // One of several names.
@@ -117,7 +122,13 @@ class FieldVisitor {
 
   template <class T>
   void Struct(const FieldInfo& info, T& value) {
-    Section(info, {false, [] { return true; }, [] {}, [&value](FieldVisitor& v) { VisitFields(v, value); }});
+    Group(info, [&value](FieldVisitor& v) { VisitFields(v, value); });
+  }
+
+  // A section that is always there, of whatever fields visit(visitor) visits.
+  template <class Visit>
+  void Group(const FieldInfo& info, const Visit& visit) {
+    Section(info, {false, [] { return true; }, [] {}, visit});
   }
 
   template <class T>
@@ -134,6 +145,12 @@ class FieldVisitor {
 
   template <class T>
   void StructList(const FieldInfo& info, std::vector<T>& items, std::size_t min_size = 0) {
+    StructList(info, items, min_size, [](FieldVisitor& v, T& item) { VisitFields(v, item); });
+  }
+
+  // The same for structs whose fields need more than themselves: visit(visitor, struct).
+  template <class T, class Visit>
+  void StructList(const FieldInfo& info, std::vector<T>& items, std::size_t min_size, const Visit& visit) {
     SequenceAccess access;
     access.of_sections = true;
     access.min_size = min_size;
@@ -147,8 +164,8 @@ class FieldVisitor {
         return {};
       }
     };
-    access.visit = [&items](FieldVisitor& v, std::size_t i) {
-      v.Section({}, {false, [] { return true; }, [] {}, [&items, i](FieldVisitor& w) { VisitFields(w, items[i]); }});
+    access.visit = [&items, visit](FieldVisitor& v, std::size_t i) {
+      v.Group({}, [&items, &visit, i](FieldVisitor& w) { visit(w, items[i]); });
     };
     Sequence(info, access);
   }

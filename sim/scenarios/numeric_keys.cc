@@ -70,6 +70,12 @@ std::vector<NumericKey> ListNumericKeys(Scene& scene) {
   return collector.TakeKeys();
 }
 
+std::vector<NumericKey> ListWorldKeys(Scene& scene) {
+  NumberCollector collector;
+  VisitWorld(collector, scene);
+  return collector.TakeKeys();
+}
+
 std::vector<double*> FindNumericKeys(Scene& scene, std::span<const std::string> paths) {
   const std::vector<NumericKey> keys = ListNumericKeys(scene);
   std::vector<double*> values;
@@ -87,7 +93,7 @@ bool MayVary(std::string_view path) {
   if (path.ends_with(".shape.unit")) return false;
   const std::string_view section = path.substr(0, path.find_first_of(".["));
   return section == "gravity" || section == "gravity_direction" || section == "bodies" || section == "contacts" ||
-         section == "grips" || section == "loss" || section == "success";
+         section == "grips" || section == "signals" || section == "loss" || section == "success";
 }
 
 }  // namespace knap

@@ -22,6 +22,9 @@ struct NumericKey {
 // Every number (integers are none) of the scene, in the order of its fields.
 std::vector<NumericKey> ListNumericKeys(Scene& scene);
 
+// Of the world and of signals alone (VisitWorld): what numbers that signals watch may name.
+std::vector<NumericKey> ListWorldKeys(Scene& scene);
+
 // The numbers at `paths`, in their order. Throws std::invalid_argument naming the path that does not exist; a scene
 // from ParseScene has all that its variation names. A walk over the scene: some microseconds a body.
 std::vector<double*> FindNumericKeys(Scene& scene, std::span<const std::string> paths);

@@ -50,6 +50,9 @@ std::string_view CalcNoun(TextRole role) {
     case TextRole::kNewGroup:
     case TextRole::kGroup:
       return "vertex group";
+    case TextRole::kNewSignal:
+    case TextRole::kSignal:
+      return "signal";
     default:
       return {};
   }
@@ -76,7 +79,7 @@ class SceneReader final : public FieldVisitor {
 
   void Number(const FieldInfo& info, double& value) override {
     Dimension dimension = info.dimension;
-    bool dimension_known = true;
+    bool dimension_known = info.dimension_known;
     if (info.dimension_of != nullptr) {
       const NumericKey* key = FindKey(*info.dimension_of);
       dimension_known = key != nullptr;
@@ -125,6 +128,7 @@ class SceneReader final : public FieldVisitor {
       case TextRole::kNewRope:
       case TextRole::kNewParameter:
       case TextRole::kNewGroup:
+      case TextRole::kNewSignal:
         if (!Define(info.role, node->text)) return;
         break;
       case TextRole::kBody:
@@ -133,6 +137,7 @@ class SceneReader final : public FieldVisitor {
       case TextRole::kBodyOrRope:
       case TextRole::kParameter:
       case TextRole::kGroup:
+      case TextRole::kSignal:
         references_.push_back({info.role, node->text, path_, node->position});
         break;
       case TextRole::kFile:
@@ -315,8 +320,9 @@ class SceneReader final : public FieldVisitor {
     for (const Reference& reference : references_) {
       const std::string_view noun = CalcNoun(reference.role);
       std::vector<std::string> names = names_[noun];
-      if (names.empty() && reference.role == TextRole::kRope) {
-        log_.Fail(reference.path, reference.position, QuoteValue(reference.name) + "no such rope; there are none");
+      if (names.empty() && (reference.role == TextRole::kRope || reference.role == TextRole::kSignal)) {
+        log_.Fail(reference.path, reference.position,
+                  fmt::format("{}no such {}; there are none", QuoteValue(reference.name), noun));
       }
       if (names.empty()) continue;  // that none is defined has been reported
       if (reference.role == TextRole::kBodyOrWorld) names.insert(names.begin(), kWorldName);
@@ -327,9 +333,9 @@ class SceneReader final : public FieldVisitor {
     }
   }
 
-  // Variations come after all that they can name, so the scene's numbers are known by then.
+  // What has been read so far can be named.
   const NumericKey* FindKey(const std::string& path) {
-    if (keys_.empty()) keys_ = ListNumericKeys(result_.scene);
+    keys_ = ListNumericKeys(result_.scene);
     const auto found = std::find_if(keys_.begin(), keys_.end(), [&](const NumericKey& k) { return k.path == path; });
     return found == keys_.end() ? nullptr : &*found;
   }
@@ -337,7 +343,9 @@ class SceneReader final : public FieldVisitor {
   void CheckNumericKey(const std::string& key) {
     if (FindKey(key) != nullptr) {
       if (!MayVary(key))
-        Fail("may not vary; numbers of gravity, bodies (but the unit of a mesh), contacts, loss and success may");
+        Fail(
+            "may not vary; numbers of gravity, bodies (but the unit of a mesh), contacts, grips, signals, loss and "
+            "success may");
       return;
     }
     // "bodies.pea.initial.position[0]" cannot be found when the pea's joint is wrong: one error is enough.

@@ -20,6 +20,8 @@
 #include "sim/scenarios/axis.h"
 #include "sim/scenarios/controls.h"
 #include "sim/scenarios/joint.h"
+#include "sim/scenarios/objective.h"
+#include "sim/scenarios/signals.h"
 
 namespace knap {
 
@@ -236,107 +238,6 @@ struct Rollout {
   std::int64_t newton_max_iterations = 30;
 };
 
-// ---- Loss and success ---------------------------------------------------------------------------------------------
-
-// A gap in the plane where coordinate `axis` of W equals `at`, centred at opening_center along opening_axis.
-struct Opening {
-  std::string body;      // whose origin is watched
-  Axis axis = Axis::kY;  // differs from opening_axis
-  double at = 0.0;       // [m]
-  Axis opening_axis = Axis::kX;
-  double opening_center = 0.0;      // [m]
-  double opening_half_width = 0.0;  // [m]
-};
-
-// With c the coordinate along opening_axis at the first crossing of the plane, in length_unit:
-// weight·max(0, |c − center| − half_width)²; a body that never crosses pays a shortfall penalty instead, which is
-// shortfall_weight times a function of the missing distance that levels off beyond shortfall_scale.
-struct CrossingLoss {
-  Opening opening;
-  double weight = 1.0;
-  double length_unit = 1.0;       // length in which the loss counts [m]
-  double shortfall_weight = 1.0;  // [-]
-  double shortfall_scale = 0.05;  // [m]
-};
-
-enum class Normalization { kSum, kMean };
-
-// weight·Σ_samples (h − h')² of the height h of a rope's centre of mass against gravity, in length_unit, over samples
-// after the time `from` up to `until`. As a distillation term h' is the height on the reference trajectory.
-struct HeightLoss {
-  std::string rope;
-  double sample_period = 0.0;  // [s], a whole number of steps
-  double from = 0.0;           // [s], a whole number of sample periods, less than `until`
-  double until = 0.0;          // [s], at most the horizon
-  Normalization normalize = Normalization::kSum;
-  double weight = 1.0;
-  double length_unit = 1.0;  // length in which the loss counts [m]
-};
-
-// As a task term: h' is the height that the rope's centre of mass of time `from` has if it is carried along by a body,
-// as a point of it; where the world carries it, the height at that time.
-struct HeightHoldLoss {
-  HeightLoss height;
-  std::string carried_by = kWorldName;  // "world" or the name of a body
-};
-
-// weight·Σ ‖u‖² over the control intervals, u the commands of one interval.
-struct ControlCostLoss {
-  double weight = 1.0;
-};
-
-struct TimedTarget {
-  double from = 0.0;                                   // time from which it counts [s]
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // in W [m]
-};
-
-// weight·Σ_n ‖p(t_n) − target‖/length_unit at t_n = n·sample_period, n = 1 …, each sample with the target that counts
-// when its period begins.
-struct PointTargetLoss {
-  std::string body;
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();  // in B [m]; moves with the mesh of a designed body
-  std::vector<TimedTarget> targets;                 // ascending from 0 s
-  double sample_period = 0.0;                       // [s], a whole number of steps
-  double weight = 1.0;
-  double length_unit = 1.0;  // length in which the loss counts [m]
-};
-
-using TaskTerm = std::variant<CrossingLoss, HeightHoldLoss, ControlCostLoss, PointTargetLoss>;
-
-// weight·Σ_samples ‖p − p'‖² over the chosen axes of W, p' on the reference trajectory; kMean divides by the number of
-// samples.
-struct PositionMatchLoss {
-  std::string body;
-  std::vector<Axis> axes;      // at least one, each at most once
-  double sample_period = 0.0;  // [s], a whole number of steps
-  Normalization normalize = Normalization::kSum;
-  double weight = 1.0;
-  double length_unit = 1.0;  // length in which the loss counts [m]
-};
-
-using DistillationTerm = std::variant<PositionMatchLoss, HeightLoss>;
-
-struct Loss {
-  std::vector<TaskTerm> task;
-  std::vector<DistillationTerm> distillation;
-};
-
-// The body's first crossing of the plane lies inside the opening.
-struct CrossesOpening {
-  Opening opening;
-};
-
-// At the end of the rollout the rope's centre of mass lies within `distance` of the body's origin, and the two have
-// touched during the last `touched_within`.
-struct HoldsRope {
-  std::string rope;
-  std::string body;             // has a contact with the rope
-  double distance = 0.0;        // [m]
-  double touched_within = 0.0;  // [s]
-};
-
-using SuccessTest = std::variant<CrossesOpening, HoldsRope>;
-
 // ---- Learning -----------------------------------------------------------------------------------------------------
 
 // What learning moves.
@@ -402,12 +303,13 @@ struct Scene {
   std::vector<Rope> ropes;
   std::vector<Contact> contacts;
   std::vector<Grip> grips;
+  std::vector<Signal> signals;
   std::optional<Design> design;      // none: no design parameters
   std::optional<Controls> controls;  // none: nothing is driven open loop
   std::optional<Policy> policy;      // none: nothing is driven in a closed loop; else no actuator that controls drive
   Rollout rollout;
   Loss loss;
-  std::optional<SuccessTest> success;
+  std::optional<Condition> success;  // none: nothing is called failed
   std::vector<Variation> variation;
   Learning learning;
   Evaluation evaluation;

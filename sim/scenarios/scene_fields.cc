@@ -3,7 +3,7 @@
 #include "sim/scenarios/common_fields.h"
 #include "sim/scenarios/control_fields.h"
 #include "sim/scenarios/joint_fields.h"
-#include "sim/scenarios/loss_fields.h"
+#include "sim/scenarios/objective_fields.h"
 #include "sim/scenarios/rollout_fields.h"
 
 namespace knap {
@@ -355,7 +355,7 @@ static void VisitFields(FieldVisitor& v, GravityDirection& d) {
   v.Number({.key = "rise", .doc = "z component of the direction, -1 down", .range = {-1.0, 1.0}}, d.rise);
 }
 
-void VisitFields(FieldVisitor& v, Scene& s) {
+void VisitWorld(FieldVisitor& v, Scene& s) {
   v.Integer({.key = "schema",
              .doc = "version of this format",
              .range = {static_cast<double>(kSceneSchema), static_cast<double>(kSceneSchema)}},
@@ -370,13 +370,23 @@ void VisitFields(FieldVisitor& v, Scene& s) {
   v.StructList({.key = "ropes", .doc = "chains of boxes", .required = false}, s.ropes);
   v.StructList({.key = "contacts", .doc = "pairs of bodies that touch", .required = false}, s.contacts);
   v.StructList({.key = "grips", .doc = "springs that hold for a time", .required = false}, s.grips);
+  v.StructList({.key = "signals", .doc = "what is watched: numbers of the state, by name", .required = false},
+               s.signals);
+}
+
+void VisitFields(FieldVisitor& v, Scene& s) {
+  VisitWorld(v, s);
+  const SignalDimensions signals(s);
   v.OptionalStruct({.key = "design", .doc = "what is learned", .required = false}, s.design);
   v.OptionalStruct({.key = "controls", .doc = "open-loop controls of actuators", .required = false}, s.controls);
   v.Struct({.key = "rollout", .doc = "how one variation is simulated"}, s.rollout);
-  v.Struct({.key = "loss", .doc = "what is minimised", .required = false}, s.loss);
-  v.OptionalStruct({.key = "success", .doc = "what counts as done", .required = false}, s.success);
-  // After all that the key of an observed number or of a variation can name.
-  v.OptionalStruct({.key = "policy", .doc = "closed-loop network that drives actuators", .required = false}, s.policy);
+  v.Group({.key = "loss", .doc = "what is minimised", .required = false},
+          [&](FieldVisitor& w) { VisitObjective(w, signals, s.loss); });
+  v.OptionalStruct(
+      {.key = "success", .doc = "what counts as done; without it nothing is called failed", .required = false},
+      s.success, [&](FieldVisitor& w, Condition& success) { VisitObjective(w, signals, success); });
+  v.OptionalStruct({.key = "policy", .doc = "closed-loop network that drives actuators", .required = false}, s.policy,
+                   [&](FieldVisitor& w, Policy& policy) { VisitPolicy(w, signals, policy); });
   v.StructList({.key = "variation", .doc = "what differs between rollouts", .required = false}, s.variation);
   v.Struct({.key = "learning", .doc = "schedule and optimizer", .required = false}, s.learning);
   v.Struct({.key = "evaluation", .doc = "on unseen variations", .required = false}, s.evaluation);

@@ -7,6 +7,9 @@
 
 namespace knap {
 
+// What signals can name the numbers of, and signals themselves: bodies, contacts and the like.
+void VisitWorld(FieldVisitor& v, Scene& scene);
+
 // Visits every field of the scene in the canonical order of a file.
 void VisitFields(FieldVisitor& v, Scene& scene);
 

@@ -1,0 +1,49 @@
+// The scene's signals as functions of what the simulator knows.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "sim/rollout/build_model.h"
+#include "sim/scenarios/scene.h"
+#include "sim/signals/signal_function.h"
+
+namespace knap {
+
+// What a contact's signal sees of those of the model's contacts that belong to it, recorded while they are simulated.
+struct ContactSeries {
+  bool force = false;      // the size of the sum of their forces [N]; else their largest depth [m]
+  std::vector<int> pairs;  // in SceneModel::contacts
+};
+
+// A point of a body that signals watch; it moves with the mesh of a designed one.
+struct SignalPoint {
+  std::string body;
+  Eigen::Vector3d p_B = Eigen::Vector3d::Zero();  // as on file: before theta moved it
+};
+
+class SignalSet {
+ public:
+  // `scene` varied, with points where the file has them: watched numbers are its. `moved` has them where theta does;
+  // `model` was built from it.
+  SignalSet(const Scene& scene, const Scene& moved, const SceneModel& model);
+
+  const SignalPointer& Find(const std::string& name) const { return by_name_.at(name); }
+  const std::vector<SignalPoint>& points() const { return points_; }
+  const std::vector<ContactSeries>& contacts() const { return contacts_; }
+  // Times whose states drifts remember [s], ascending.
+  const std::vector<double>& remembered() const { return remembered_; }
+
+ private:
+  class Builder;
+  std::map<std::string, SignalPointer> by_name_;
+  std::vector<SignalPoint> points_;
+  std::vector<ContactSeries> contacts_;
+  std::vector<double> remembered_;
+};
+
+// Row of an actuator's commands among those of the controls, then those of the policy.
+int FindCommandRow(const Scene& scene, const std::string& actuator);
+
+}  // namespace knap

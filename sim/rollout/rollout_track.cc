@@ -1,0 +1,83 @@
+#include "sim/rollout/rollout_track.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+namespace knap {
+
+void AddToRecord(double time, const std::vector<ContactSeries>& series, const ContactModel& contacts,
+                 ContactRecord* record) {
+  record->time.push_back(time);
+  record->values.resize(series.size());
+  for (std::size_t i = 0; i < series.size(); ++i) {
+    double depth = 0.0;
+    Eigen::Vector3d f_W = Eigen::Vector3d::Zero();
+    for (const int pair : series[i].pairs) {
+      const ContactReport& report = contacts.reports()[static_cast<std::size_t>(pair)];
+      if (!report.active) continue;
+      depth = std::max(depth, report.depth);
+      f_W += report.f_W;
+    }
+    record->values[i].push_back(series[i].force ? f_W.norm() : depth);
+  }
+}
+
+RolloutTrack::RolloutTrack(const Trajectory& trajectory, Dynamics* dynamics, double step,
+                           const std::vector<double>& remembered, Eigen::MatrixXd commands, ContactRecord contacts)
+    : trajectory_(trajectory),
+      dynamics_(dynamics),
+      step_(step),
+      commands_(std::move(commands)),
+      contacts_(std::move(contacts)) {
+  // What stopped early has no such states, and nobody judges it.
+  if (!trajectory.certificate.converged) return;
+  for (const double time : remembered) {
+    const int k = FindState(time);
+    Look(k);
+    std::vector<Pose>& poses = poses_[k];
+    for (const BodyKinematics& kin : dynamics_->kinematics()) poses.push_back(kin.X_WB);
+  }
+}
+
+void RolloutTrack::Look(int k) {
+  if (k == at_) return;
+  q_ = trajectory_.q(k);
+  v_ = trajectory_.v(k);
+  vdot_ = trajectory_.vdot(k);
+  dynamics_->CalcKinematics(q_, v_, vdot_, trajectory_.time(k));
+  at_ = k;
+}
+
+Moment RolloutTrack::At(int k) {
+  Look(k);
+  return {k, trajectory_.time(k), q_, v_, dynamics_->kinematics(), this};
+}
+
+int RolloutTrack::FindState(double time) const {
+  return trajectory_.state_of_step(static_cast<int>(std::llround(time / step_)));
+}
+
+Eigen::Index RolloutTrack::FindInterval(int k) const {
+  // The first whole step that ends at the state or after it.
+  int low = 0, high = trajectory_.whole_steps();
+  while (low < high) {
+    const int middle = (low + high) / 2;
+    if (trajectory_.state_of_step(middle) < k) {
+      low = middle + 1;
+    } else {
+      high = middle;
+    }
+  }
+  return trajectory_.controls.IntervalOfStep(std::max(low - 1, 0));
+}
+
+double RolloutTrack::GetContact(int series, int k) const {
+  // A stage within a step has no entry of its own: what was before counts.
+  const auto after = std::upper_bound(contacts_.time.begin(), contacts_.time.end(), trajectory_.time(k));
+  const auto index = static_cast<std::size_t>(after - contacts_.time.begin() - 1);
+  return contacts_.values[static_cast<std::size_t>(series)][index];
+}
+
+}  // namespace knap

@@ -1,0 +1,65 @@
+// What a signal is to those who evaluate it: a number at a moment of a rollout, with its exact pull-back.
+//
+// A moment is a state of the tree. Most signals are functions of it alone; those that look at more, at what was before
+// or at what contacts and actuators did, ask the moment's track, which policies do not have.
+#pragma once
+
+#include <Eigen/Dense>
+#include <memory>
+#include <vector>
+
+#include "sim/integrators/state_cotangent.h"
+#include "sim/math/spatial.h"
+#include "sim/multibody/dynamics.h"
+
+namespace knap {
+
+// What a whole rollout did, for signals that need more than a state.
+class Track {
+ public:
+  virtual ~Track() = default;
+  // Poses of all bodies at state k; k is one of a drift's times.
+  virtual const std::vector<Pose>& GetPoses(int k) const = 0;
+  virtual int FindState(double time) const = 0;  // at a whole number of steps
+  // The interval whose commands act in the step that leads to state k.
+  virtual Eigen::Index FindInterval(int k) const = 0;
+  virtual double GetCommand(int row, Eigen::Index interval) const = 0;  // −1 … 1, rows as in RolloutCommands
+  virtual double GetContact(int series, int k) const = 0;               // of what was recorded, see contact_series.h
+};
+
+struct Moment {
+  int state = 0;  // its index in the trajectory
+  double time = 0.0;
+  const Eigen::VectorXd& q;
+  const Eigen::VectorXd& v;
+  const std::vector<BodyKinematics>& kinematics;  // of q and v; accelerations are not to be used
+  const Track* track = nullptr;                   // null where only the present is known
+};
+
+struct CommandCotangent {
+  int row = 0;
+  Eigen::Index interval = 0;
+  double bar = 0.0;
+};
+
+// What signals put on a rollout; all added.
+struct SignalCotangents {
+  std::vector<StateCotangent> states;
+  std::vector<Eigen::Vector3d> points;  // of each watched point (by its number), in its B
+  std::vector<CommandCotangent> commands;
+};
+
+class SignalFunction {
+ public:
+  virtual ~SignalFunction() = default;
+  virtual double Calc(const Moment& at) const = 0;
+  // What the cotangent `bar` of Calc puts on the state.
+  virtual void PullBack(const Moment& at, double bar, SignalCotangents* out) const = 0;
+  // Its time derivative, where that is a signal too: what is between two states then follows a cubic curve, else a
+  // straight line. Null where it is not.
+  virtual std::unique_ptr<SignalFunction> MakeRate() const { return nullptr; }
+};
+
+using SignalPointer = std::shared_ptr<const SignalFunction>;
+
+}  // namespace knap
