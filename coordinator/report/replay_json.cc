@@ -81,6 +81,9 @@ Json MakeSignalsJson(const Recording& recording) {
   for (const Recording::Joint& joint : recording.joints) {
     json.push_back({{"name", joint.body + " joint"}, {"unit", joint.unit}, {"values", Pack(joint.q)}});
   }
+  for (const Recording::Signal& signal : recording.signals) {
+    json.push_back({{"name", signal.name}, {"unit", signal.unit}, {"values", Pack(signal.values)}});
+  }
   return json;
 }
 

@@ -46,6 +46,9 @@ std::vector<Column> ListColumns(const Recording& recording) {
   for (const Recording::Joint& joint : recording.joints) {
     columns.push_back({joint.body + ".joint", [&joint](std::size_t k) { return joint.q[k]; }});
   }
+  for (const Recording::Signal& signal : recording.signals) {
+    columns.push_back({"signal." + signal.name, [&signal](std::size_t k) { return signal.values[k]; }});
+  }
   for (const Recording::Contact& contact : recording.contacts) {
     const std::string pair = contact.bodies[0] + "|" + contact.bodies[1];
     for (int i = 0; i < 3; ++i) {
@@ -96,6 +99,10 @@ Json MakeTrajectoryJson(const Recording& recording) {
   }
   Json joints = Json::object();
   for (const Recording::Joint& joint : recording.joints) joints[joint.body] = {{"unit", joint.unit}, {"q", joint.q}};
+  Json signals = Json::object();
+  for (const Recording::Signal& signal : recording.signals) {
+    signals[signal.name] = {{"unit", signal.unit}, {"values", signal.values}};
+  }
   Json contacts = Json::array();
   for (const Recording::Contact& contact : recording.contacts) {
     Json force = Json::array();
@@ -112,6 +119,7 @@ Json MakeTrajectoryJson(const Recording& recording) {
   return {{"time", recording.time},
           {"bodies", std::move(bodies)},
           {"joints", std::move(joints)},
+          {"signals", std::move(signals)},
           {"contacts", std::move(contacts)}};
 }
 

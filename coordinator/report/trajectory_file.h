@@ -4,6 +4,7 @@
 //   BODY.x BODY.y BODY.z              place of its origin [m]
 //   BODY.qw BODY.qx BODY.qy BODY.qz   its orientation, a unit quaternion that turns the body's axes into the world's
 //   BODY.joint                        coordinate of the revolute or prismatic joint that moves it [rad or m]
+//   signal.NAME                       of the scenario, in its SI unit; of a rollout that converged
 //   A|B.fx A|B.fy A|B.fz              contact force on A from B [N], zero while they do not touch
 //   A|B.px A|B.py A|B.pz              where it acts [m], empty while they do not touch
 //   A|B.depth                         of the deepest place [m]

@@ -11,6 +11,7 @@
 
 #include "sim/math/check.h"
 #include "sim/rollout/rollout.h"
+#include "sim/scenarios/signal_fields.h"
 
 namespace knap {
 
@@ -98,14 +99,30 @@ class Recorder {
   std::vector<bool> touched_;
 };
 
-// At the recorded times, which are those of states of the trajectory.
-void AddJoints(const Scene& scene, const SceneModel& model, const Trajectory& trajectory, Recording* out) {
+// Of the recorded times, which are those of states of the trajectory.
+std::vector<int> FindStates(const Recording& recording, const Trajectory& trajectory) {
   std::vector<int> states;
   int k = 0;
-  for (const double time : out->time) {
+  for (const double time : recording.time) {
     while (trajectory.time(k) < time) ++k;
     states.push_back(k);
   }
+  return states;
+}
+
+void AddSignals(Scene scene, const std::vector<int>& states, const SignalSet& signals, RolloutTrack* track,
+                Recording* out) {
+  const SignalDimensions dimensions(scene);
+  for (const Signal& signal : scene.signals) {
+    out->signals.push_back({signal.name, UnitName(*dimensions.Find(signal.name)), {}});
+  }
+  for (const int k : states) {
+    for (Recording::Signal& signal : out->signals) signal.values.push_back(track->Calc(*signals.Find(signal.name), k));
+  }
+}
+
+void AddJoints(const Scene& scene, const SceneModel& model, const std::vector<int>& states,
+               const Trajectory& trajectory, Recording* out) {
   for (const Body& body : scene.bodies) {
     const TreeBody& moved = model.tree.bodies()[model.body_index.at(body.name)];
     const bool turns = std::holds_alternative<RevoluteJoint>(body.joint.kind);
@@ -137,7 +154,10 @@ RecordedRollout RolloutModel::Record(const RolloutInput& input, double period) {
   };
   const Simulated s = Simulate(input.theta, input.controls, input.variation, manner);
   recorder.Finish();
-  AddJoints(s.scene, s.model, *s.trajectory, &out.recording);
+  const std::vector<int> states = FindStates(out.recording, *s.trajectory);
+  AddJoints(s.scene, s.model, states, *s.trajectory, &out.recording);
+  // What stopped early may lack the states that signals look back at.
+  if (s.trajectory->certificate.converged) AddSignals(s.scene, states, *s.signals, s.track.get(), &out.recording);
   SignalCotangents unused;
   Judge(s, reference, &unused, &out.output);
   return out;

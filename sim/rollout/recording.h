@@ -1,4 +1,5 @@
-// All of a rollout that can be seen: poses of all bodies, coordinates of joints, contacts, at a series of times.
+// All of a rollout that can be seen: poses of all bodies, coordinates of joints, the scene's signals, contacts, at a
+// series of times.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,6 +25,11 @@ struct Recording {
     std::string unit;  // "rad" or "m"
     std::vector<double> q;
   };
+  struct Signal {
+    std::string name;
+    std::string unit;  // "m/s"; empty: none
+    std::vector<double> values;
+  };
   // Two of the bodies that touch at some time.
   struct Contact {
     std::array<std::string, 2> bodies;
@@ -36,6 +42,7 @@ struct Recording {
   Eigen::Vector3d gravity_W = Eigen::Vector3d::Zero();  // [m/s²]
   std::vector<Body> bodies;
   std::vector<Joint> joints;
+  std::vector<Signal> signals;
   std::vector<Contact> contacts;
 
   const Body& Find(const std::string& body) const;  // must exist

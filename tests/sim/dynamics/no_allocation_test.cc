@@ -7,6 +7,9 @@
 
 #include "sim/integrators/simulate.h"
 #include "sim/policy/closed_loop.h"
+#include "sim/signals/body_signals.h"
+#include "sim/signals/coordinate_signals.h"
+#include "sim/signals/track_signals.h"
 #include "tests/sim/dynamics/mechanisms.h"
 #include "tests/sim/dynamics/random_tree.h"
 #include "tests/sim/dynamics/rope.h"
@@ -74,18 +77,19 @@ TEST(NoAllocation, WithinTheStepsOfAFingerUnderControl) {
 
 TEST(NoAllocation, WithinTheStepsOfAFingerUnderAPolicy) {
   const Tree tree = test::MakeFinger();
-  std::vector<Observation> observations(4);
-  observations[0].kind = ObservationKind::kCoordinate;
-  observations[1].kind = ObservationKind::kRate;
-  observations[2].kind = ObservationKind::kPosition;
-  observations[2].body = tree.size() - 1;
+  const std::vector<PolicyInput> inputs = {
+      {MakeCoordinateSignal(0, 0), 0.0, 1.0},
+      {MakeRateSignal(0), 0.0, 1.0},
+      {MakePositionSignal({tree.size() - 1, Eigen::Vector3d::Zero(), 0}, kWorldFrame, Eigen::Vector3d::UnitX()), 0.0,
+       1.0},
+      {MakeTimeSignal(), 0.0, 1.0}};
   std::vector<PolicyOutput> outputs;
   for (int i = 0; i < tree.num_controls(); ++i) outputs.push_back({i, 0.0, 0.1});
   const Network network(4, {8, 8}, tree.num_controls(), true);
   ControlSequence controls;
   controls.steps_per_interval = 10;
   controls.values.setZero(tree.num_controls(), 10);
-  ClosedLoop policy(network, observations, outputs, VectorXd::Constant(network.num_weights(), 0.2), 10);
+  ClosedLoop policy(network, inputs, outputs, VectorXd::Constant(network.num_weights(), 0.2), 10, 1);
   ContactModel none({});
   ExpectNone(tree, tree.MakeDefaultPositions(), controls, &none, 1, &policy);
 }

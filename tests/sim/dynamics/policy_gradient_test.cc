@@ -1,4 +1,4 @@
-// The gradient of closed-loop rollouts: random trees under a random network that sees every kind of observation, in
+// The gradient of closed-loop rollouts: random trees under a random network that sees every kind of signal, in
 // free motion and touching a floor. All kinds of parameter are compared with differences, so the way through the state
 // at the start of each interval (what the policy sees of it) is in every one of them; the weights too.
 #include <gtest/gtest.h>
@@ -9,6 +9,11 @@
 #include <string>
 #include <vector>
 
+#include "sim/signals/body_signals.h"
+#include "sim/signals/combined_signals.h"
+#include "sim/signals/coordinate_signals.h"
+#include "sim/signals/group_signals.h"
+#include "sim/signals/track_signals.h"
 #include "tests/sim/dynamics/random_world.h"
 
 namespace knap {
@@ -23,39 +28,52 @@ using test::RandomTree;
 using test::WorldCase;
 using test::WorldDirection;
 
-std::vector<Observation> MakeObservations(RandomTree* random) {
+// One of every kind of signal that a policy may see, and a second position; of one watched point each.
+std::vector<PolicyInput> MakeInputs(RandomTree* random, int* num_points) {
   const int n = random->tree.size();
-  std::vector<Observation> observations;
+  std::vector<SignalPointer> signals;
   for (const TreeBody& body : random->tree.bodies()) {
     if (CountDof(body.joint) != 1) continue;
-    Observation o;
-    o.kind = ObservationKind::kCoordinate;
-    o.index = body.q_start;
-    o.rate = body.v_start;
-    observations.push_back(o);
-    o.kind = ObservationKind::kRate;
-    o.index = body.v_start;
-    observations.push_back(o);
+    signals.push_back(MakeCoordinateSignal(body.q_start, body.v_start));
+    signals.push_back(MakeRateSignal(body.v_start));
   }
-  for (const ObservationKind kind :
-       {ObservationKind::kPosition, ObservationKind::kPosition, ObservationKind::kVelocity, ObservationKind::kDirection,
-        ObservationKind::kAngularVelocity, ObservationKind::kElapsedTime, ObservationKind::kConstant}) {
-    Observation o;
-    o.kind = kind;
-    o.body = random->Pick(n);
-    const bool relative = kind == ObservationKind::kPosition || kind == ObservationKind::kDirection;
-    o.in = relative ? random->Pick(n + 1) - 1 : -1;
-    o.point = random->Vec();
-    o.axis = random->Vec().normalized();
-    o.of_axis = random->Vec().normalized();
-    o.constant = random->U();
-    observations.push_back(o);
+  *num_points = 0;
+  const auto pick_point = [&] { return WatchedPoint{random->Pick(n), random->Vec(), (*num_points)++}; };
+  const auto pick_frame = [&] { return random->Pick(n + 1) - 1; };
+  const auto pick_axis = [&] { return Vector3d(random->Vec().normalized()); };
+  std::vector<int> massive;
+  for (int i = 0; i < n; ++i) {
+    if (random->tree.bodies()[i].M(3, 3) > 0.0) massive.push_back(i);
   }
-  for (Observation& o : observations) {
-    o.offset = random->U();
-    o.scale = 1.5 + random->U();
+  const Group group(random->tree, massive);
+  for (int i = 0; i < 2; ++i) {
+    const WatchedPoint point = pick_point();
+    const int in = pick_frame();
+    signals.push_back(MakePositionSignal(point, in, pick_axis()));
   }
-  return observations;
+  const WatchedPoint fast = pick_point();
+  signals.push_back(MakeVelocitySignal(fast, pick_axis()));
+  const int turned = random->Pick(n);
+  const Vector3d of = pick_axis();
+  const int in = pick_frame();
+  signals.push_back(MakeDirectionSignal(turned, of, in, pick_axis()));
+  const int turning = random->Pick(n);
+  signals.push_back(MakeAngularVelocitySignal(turning, pick_axis()));
+  const WatchedPoint far = pick_point();
+  const int from = pick_frame();
+  signals.push_back(MakeDistanceSignal(far, from, {{0.0, random->Vec()}, {1e-3, random->Vec()}}));
+  const int carrier = pick_frame();
+  if (!massive.empty()) signals.push_back(MakeCenterSignal(group, carrier, pick_axis()));
+  signals.push_back(MakeTimeSignal());
+  signals.push_back(MakeConstantSignal(random->U()));
+  const std::vector<SignalPointer> parts(signals.end() - 5, signals.end());
+  signals.push_back(MakeNormSignal(parts));
+  signals.push_back(MakeLeastSignal(parts));
+  signals.push_back(MakeLargestSignal(parts));
+  signals.push_back(MakeDifferenceSignal(parts[0], parts[1]));
+  std::vector<PolicyInput> inputs;
+  for (const SignalPointer& signal : signals) inputs.push_back({signal, random->U(), 1.5 + random->U()});
+  return inputs;
 }
 
 // Drives all force actuators but the first of the tree, whose controls stay open loop; false: the tree has no two.
@@ -63,14 +81,15 @@ bool AddPolicy(RandomTree* random, WorldCase* at) {
   std::vector<PolicyOutput> outputs;
   for (int a = 1; a < random->tree.num_controls(); ++a) outputs.push_back({a, 0.1 * random->U(), 0.5});
   if (outputs.empty()) return false;
-  const std::vector<Observation> observations = MakeObservations(random);
-  const Network network(static_cast<int>(observations.size()), {3, 2}, static_cast<int>(outputs.size()),
+  int num_points = 0;
+  const std::vector<PolicyInput> inputs = MakeInputs(random, &num_points);
+  const Network network(static_cast<int>(inputs.size()), {3, 2}, static_cast<int>(outputs.size()),
                         random->Pick(2) == 0);
   ControlSequence& controls = at->world.controls;
   controls.values = Eigen::MatrixXd::NullaryExpr(random->tree.num_controls(), 4, [&] { return 0.9 * random->U(); });
   at->world.weights = random->Values(network.num_weights(), 1.0);
   at->world.make_policy = [=](const VectorXd& weights) {
-    return ClosedLoop(network, observations, outputs, weights, 4);
+    return ClosedLoop(network, inputs, outputs, weights, 4, num_points);
   };
   return true;
 }

@@ -9,6 +9,7 @@
 #include "sim/gradient/adjoint.h"
 #include "sim/integrators/simulate.h"
 #include "sim/policy/closed_loop.h"
+#include "sim/signals/coordinate_signals.h"
 #include "tests/sim/dynamics/mechanisms.h"
 #include "tests/sim/dynamics/rope.h"
 
@@ -98,24 +99,20 @@ TEST(Trajectory, AFingerComesBackUnderItsControls) {
 // Blocks begin within intervals, whose controls the policy set from states of the block before.
 TEST(Trajectory, AFingerComesBackUnderItsPolicy) {
   const Tree tree = test::MakeFinger();
-  std::vector<Observation> observations;
+  std::vector<PolicyInput> inputs;
   std::vector<PolicyOutput> outputs;
   for (const TreeBody& body : tree.bodies()) {
     if (CountDof(body.joint) != 1) continue;
-    Observation o;
-    o.kind = ObservationKind::kCoordinate;
-    o.index = body.q_start;
-    o.rate = body.v_start;
-    observations.push_back(o);
+    inputs.push_back({MakeCoordinateSignal(body.q_start, body.v_start), 0.0, 1.0});
   }
   for (int i = 0; i < tree.num_controls(); ++i) outputs.push_back({i, 0.0, 0.5});
-  const Network network(static_cast<int>(observations.size()), {6}, tree.num_controls(), true);
+  const Network network(static_cast<int>(inputs.size()), {6}, tree.num_controls(), true);
   ControlSequence controls;
   controls.steps_per_interval = 20;
   controls.values.setZero(tree.num_controls(), 5 * kStepsPerBlock / 20 + 1);
   VectorXd weights(network.num_weights());
   for (int i = 0; i < weights.size(); ++i) weights(i) = std::sin(1.0 + 0.7 * i);
-  const ClosedLoop policy(network, observations, outputs, weights, static_cast<int>(controls.values.cols()));
+  const ClosedLoop policy(network, inputs, outputs, weights, static_cast<int>(controls.values.cols()), 0);
   SimulationOptions options;
   options.step = 2e-3;
   ExpectTheSameWithoutMemory(tree, {}, tree.MakeDefaultPositions(), controls, options, policy);
