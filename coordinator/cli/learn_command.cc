@@ -92,6 +92,24 @@ std::string FormatDistrust(const std::string& design, const TestSummary& test) {
                      test.variations, test.distrust);
 }
 
+// Whether it was worth it, and which batch's design it is.
+std::string FormatVerdict(const ResultDocument& document) {
+  std::string text;
+  const std::vector<BatchValidation>& validations = document.validations;
+  if (!validations.empty()) {
+    const auto& kept = validations[static_cast<std::size_t>(document.batch)];
+    const std::string success =
+        document.has_success ? fmt::format("{:.0f}% of them succeed, ", 100.0 * kept.test.success_rate) : "";
+    text += fmt::format("  kept      {} of {} batches, by {} validation variations: {}mean loss {:.4g}\n",
+                        document.batch == 0 ? "the initial design" : fmt::format("that of batch {}", document.batch),
+                        validations.size() - 1, kept.test.variations, success, kept.test.loss_mean);
+  }
+  if (IsClearlyBetter(document.test_learned, document.test_initial)) return text;
+  return text +
+         "  verdict   no better than the initial design, as far as these variations tell; what to try: "
+         "docs/when_it_does_not_learn.md\n";
+}
+
 std::string FormatSummary(const Scene& scene, const ResultDocument& document, const RunDirectory& run,
                           bool has_report) {
   std::string text = fmt::format("\n{}: learned with {} ({} rollouts) in {}\n", document.scenario, document.method,
@@ -105,6 +123,7 @@ std::string FormatSummary(const Scene& scene, const ResultDocument& document, co
   }
   text += fmt::format("  mean loss {:.4g} -> {:.4g}{}\n", document.test_initial.loss_mean,
                       document.test_learned.loss_mean, FormatLossUnit(scene));
+  text += FormatVerdict(document);
   text += FormatDistrust("initial", document.test_initial) + FormatDistrust("learned", document.test_learned);
   if (scene.design) {
     text += fmt::format(
@@ -127,6 +146,8 @@ ResultDocument LearnAndTest(const PreparedScenario& prepared, JournaledService& 
     return EvaluateDesign(prepared.problem.variations, theta, CountTests(prepared), seed, service).summary;
   };
   ResultDocument document;
+  document.batch = learned.batch;
+  document.validations = learned.validations;
   document.scenario = prepared.scenario.parsed.scene.name;
   document.method = GetName(prepared.options.method);
   document.seed = prepared.options.seed;
@@ -173,9 +194,12 @@ int RunLearn(const LearnArguments& arguments) {
   Journal::Opened journal = OpenRunJournal(run, info.identity);
   session.StartWorkers(run.path());
   JournaledService service(&session.dispatcher(), &journal.journal, std::move(journal.payloads));
-  const RunPlan plan{prepared.scenario.parsed.scene.name, GetName(prepared.options.method),
-                     prepared.problem.parameters.names, FormatLossUnit(prepared.scenario.parsed.scene),
-                     2 * CountTests(prepared)};
+  const RunPlan plan{prepared.scenario.parsed.scene.name,
+                     GetName(prepared.options.method),
+                     prepared.problem.parameters.names,
+                     FormatLossUnit(prepared.scenario.parsed.scene),
+                     2 * CountTests(prepared),
+                     prepared.scenario.parsed.scene.success.has_value()};
   RunRecorder recorder(plan, run, &session, &service, arguments.quiet);
   ResultDocument document;
   try {

@@ -113,6 +113,8 @@ LearningOptions MakeLearningOptions(const Scene& scene) {
   options.optimizer = learning.optimizer;
   options.max_evaluations = static_cast<int>(learning.max_evaluations);
   if (learning.rollout_budget > 0) options.rollout_budget = learning.rollout_budget;
+  options.validation = static_cast<int>(learning.validation);
+  options.keep_best = learning.keep == Keep::kBest;
   options.seed = static_cast<std::uint64_t>(learning.seed);
   RequireParameters(scene);
   CheckLearningOptions(options, CountParameters(scene));
@@ -121,11 +123,12 @@ LearningOptions MakeLearningOptions(const Scene& scene) {
 
 std::int64_t CalcMostRollouts(const LearningOptions& options) {
   const std::int64_t n = options.variations, m = options.batch, evaluations = options.max_evaluations;
-  if (options.rollout_budget) return *options.rollout_budget;
+  const std::int64_t validations = static_cast<std::int64_t>(options.validation) * (1 + CalcBatchCount(options));
+  if (options.rollout_budget) return validations + *options.rollout_budget;
   const std::int64_t batches = (n - 1) / m + 1;
-  if (options.method == LearningMethod::kDiffHand) return evaluations * batches * m;
+  if (options.method == LearningMethod::kDiffHand) return validations + evaluations * batches * m;
   const bool distils = options.method == LearningMethod::kOurs && options.alpha > 0.0;
-  return evaluations * (n + (distils ? (batches - 1) * m : 0));
+  return validations + evaluations * (n + (distils ? (batches - 1) * m : 0));
 }
 
 }  // namespace knap

@@ -128,6 +128,18 @@ void RunRecorder::OnBatchEnd(const BatchEnd& end) {
                             {"stop", GetName(end.stop)}});
 }
 
+void RunRecorder::OnValidationStart() { validates_ = true; }
+
+void RunRecorder::OnValidation(const BatchValidation& validation) {
+  validates_ = false;
+  metrics_.SetValidation(validation, plan_.has_success);
+  const TestSummary& test = validation.test;
+  RecordEvent("validation", {{"batch", validation.batch},
+                             {"loss_mean", MakeJsonNumber(test.loss_mean)},
+                             {"success_rate", plan_.has_success ? Json(test.success_rate) : Json()},
+                             {"best", validation.is_best}});
+}
+
 void RunRecorder::BeginTest() {
   state_.phase = ProgressPhase::kTesting;
   test_begin_total_ = service_->answered();
@@ -156,6 +168,7 @@ void RunRecorder::RecordAnswer(const RolloutReport& report) {
   row.time_s = elapsed_s();
   row.id = FormatHex(report.id);
   row.kind = state_.phase == ProgressPhase::kTesting ? "test"
+             : validates_                            ? "validation"
              : report.query->theta_reference.empty() ? "task"
                                                      : "distillation";
   row.variation = report.query->variation;

@@ -26,6 +26,7 @@ struct RunPlan {
   std::vector<std::string> parameter_names;
   std::string loss_unit;  // FormatLossUnit
   int tests = 0;          // rollouts of the test that follows
+  bool has_success = false;
 };
 
 class RunRecorder : public LearningObserver {
@@ -39,6 +40,8 @@ class RunRecorder : public LearningObserver {
   void OnEvaluation(const LearningEvaluation& evaluation) override;
   void OnBatchBox(const BatchBox& box) override;
   void OnBatchEnd(const BatchEnd& end) override;
+  void OnValidationStart() override;
+  void OnValidation(const BatchValidation& validation) override;
 
   void BeginTest();
   // Shows the end of the test, and finishes the session.
@@ -75,6 +78,7 @@ class RunRecorder : public LearningObserver {
   ProgressState state_;
   std::int64_t work_started_us_;
   std::int64_t test_begin_total_ = 0;
+  bool validates_ = false;
   RunProgress progress_;
   DispatchCounters last_counters_;
   int last_restarts_ = 0;

@@ -81,19 +81,28 @@ TestSummary SummarizeTest(std::span<const RolloutOutcome> outcomes, std::uint64_
 }
 
 TestResult EvaluateDesign(const VariationSpec& variations, const std::vector<double>& theta, int n, std::uint64_t seed,
-                          RolloutService& service) {
+                          RolloutService& service, RandomStream stream) {
   if (n < 1) throw std::invalid_argument("test variations: " + std::to_string(n) + "; expected 1 or more");
   std::vector<RolloutQuery> queries;
   for (int i = 0; i < n; ++i) {
-    queries.push_back(
-        {.theta = theta,
-         .theta_reference = {},
-         .variation = SampleVariation(variations, seed, RandomStream::kTestVariations, static_cast<std::uint64_t>(i)),
-         .gradient = false});
+    queries.push_back({.theta = theta,
+                       .theta_reference = {},
+                       .variation = SampleVariation(variations, seed, stream, static_cast<std::uint64_t>(i)),
+                       .gradient = false});
   }
   TestResult result{.summary = {}, .outcomes = EvaluateAll(service, queries)};
   result.summary = SummarizeTest(result.outcomes, seed);
   return result;
+}
+
+bool IsBetter(const TestSummary& design, const TestSummary& other) {
+  if (design.success_rate != other.success_rate) return design.success_rate > other.success_rate;
+  return design.loss_mean < other.loss_mean;
+}
+
+bool IsClearlyBetter(const TestSummary& design, const TestSummary& other) {
+  if (design.success_interval.lower > other.success_interval.upper) return true;
+  return design.success_rate >= other.success_rate && design.loss_interval.upper < other.loss_interval.lower;
 }
 
 SeedSpread SummarizeSeeds(std::span<const TestSummary> tests) {

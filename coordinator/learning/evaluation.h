@@ -46,14 +46,21 @@ struct TestSummary {
 // One outcome a variation, in index order; at least one. Where no loss is finite, all figures of the loss are infinite.
 TestSummary SummarizeTest(std::span<const RolloutOutcome> outcomes, std::uint64_t seed);
 
-// Runs theta on variations 0 … n-1 of the stream kTestVariations of `seed`, in one call of the service, without
+// Runs theta on variations 0 … n-1 of a stream of `seed`, in one call of the service, without
 // gradients. n >= 1. Throws what the service throws.
 struct TestResult {
   TestSummary summary;
   std::vector<RolloutOutcome> outcomes;  // n, in index order
 };
 TestResult EvaluateDesign(const VariationSpec& variations, const std::vector<double>& theta, int n, std::uint64_t seed,
-                          RolloutService& service);
+                          RolloutService& service, RandomStream stream = RandomStream::kTestVariations);
+
+// Whether one design is better than another on the same variations: by success, then by mean loss.
+bool IsBetter(const TestSummary& design, const TestSummary& other);
+
+// Whether it is so beyond chance: the 95% intervals of the success rate lie apart, or those of the mean loss do and no
+// less succeeds.
+bool IsClearlyBetter(const TestSummary& design, const TestSummary& other);
 
 // The same design method over several seeds: spread of each seed's figures.
 struct SeedSpread {

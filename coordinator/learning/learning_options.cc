@@ -53,6 +53,7 @@ void CheckLearningOptions(const LearningOptions& options, std::size_t dimensions
   Require(options.dimensions_per_batch >= 1 && static_cast<std::size_t>(options.dimensions_per_batch) <= dimensions,
           "dimensions_per_batch", options.dimensions_per_batch,
           "1 to " + std::to_string(dimensions) + " (the number of parameters)");
+  Require(options.validation >= 0, "validation", options.validation, "0 or more");
   Require(std::isfinite(options.alpha) && options.alpha >= 0.0, "alpha", options.alpha, "a finite value >= 0");
   Require(options.learning_rate > 0.0 && options.learning_rate <= 1.0, "learning_rate", options.learning_rate,
           "a value in (0, 1]");

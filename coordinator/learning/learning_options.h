@@ -34,8 +34,14 @@ struct LearningOptions {
   double parameter_tolerance = 1e-4;   // … or every parameter by less than this part of its range [-]; >= 0
   double first_step = 0.25;            // first step over the widest side of the box [-]; (0, 1]
 
-  // At most this many rollouts in all, so that methods can be compared at equal numbers: give the baselines what `ours`
-  // used. Then each batch may use an equal share of what the batches before it left, in place of max_evaluations.
+  // After every batch the design is tried on so many variations of a stream of its own; 0: never. What is learned is
+  // the best of the initial design and all batches' then (evaluation.h), or the last one [paper].
+  int validation = 0;
+  bool keep_best = true;
+
+  // At most this many rollouts of learning, those of validation left out, so that methods can be compared at equal
+  // numbers: give the baselines what `ours` used. Then each batch may use an equal share of what the batches before it
+  // left, in place of max_evaluations.
   std::optional<std::int64_t> rollout_budget;
 
   std::uint64_t seed = 0;

@@ -43,6 +43,7 @@ class Schedule {
 
   LearningResult Run() {
     const int batches = CalcBatchCount(options_);
+    Validate(0);
     for (int t = 1; t <= batches; ++t) {
       BatchStart start{.batch = t, .batches = batches, .theta = result_.theta};
       start.variations = MakeBatch(t);
@@ -53,12 +54,36 @@ class Schedule {
         break;
       }
       RunBatch(start);
+      Validate(t);
+    }
+    if (options_.validation > 0 && options_.keep_best) {
+      result_.theta = best_theta_;
+    } else {
+      result_.batch = result_.batches.empty() ? 0 : result_.batches.back().batch;
     }
     result_.restarts = selection_.restarts();
     return std::move(result_);
   }
 
  private:
+  // theta_t, which is result_.theta now.
+  void Validate(int t) {
+    if (options_.validation == 0) return;
+    observer_.OnValidationStart();
+    BatchValidation validation{.batch = t};
+    validation.test = EvaluateDesign(variations_, result_.theta, options_.validation, options_.seed, service_,
+                                     RandomStream::kValidation)
+                          .summary;
+    validation.is_best = t == 0 || IsBetter(validation.test, best_test_);
+    if (validation.is_best) {
+      best_test_ = validation.test;
+      best_theta_ = result_.theta;
+      result_.batch = t;
+    }
+    result_.validations.push_back(validation);
+    observer_.OnValidation(validation);
+  }
+
   // Batch t holds the training variations (t-1) M … min(t M, N) - 1.
   std::vector<std::uint64_t> MakeBatch(int t) const {
     const auto m = static_cast<std::uint64_t>(options_.batch);
@@ -231,6 +256,8 @@ class Schedule {
   DimensionSelection selection_;
   std::vector<double> range_;
   LearningResult result_;
+  TestSummary best_test_;  // of the validations
+  std::vector<double> best_theta_;
 };
 
 }  // namespace

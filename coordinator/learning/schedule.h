@@ -13,6 +13,9 @@
 // batch's task loss: the distillation term is zero there and has zero gradient) and is the optimizer's first point.
 // theta_t is the best accepted point evaluated, so the batch's loss never rises over its start.
 //
+// The next batch may undo what one has learned, so theta_0 and every theta_t are tried on validation variations, the
+// same for all, and the best of them is what is learned; the batches themselves go on from theta_t.
+//
 // Evaluations allowed for a batch, its start included: without a rollout budget max_evaluations, and for diffhand T' ·
 // max_evaluations with the T' = ceil(N/M) of the continual methods. With a budget R: floor(r / b / c), but at least 2,
 // r rollouts and b batches being left and c the rollouts of one evaluation; learning ends when r < 2c.
@@ -23,6 +26,7 @@
 #include <vector>
 
 #include "coordinator/learning/batch_objective.h"
+#include "coordinator/learning/evaluation.h"
 #include "coordinator/learning/learning_options.h"
 #include "coordinator/learning/problem.h"
 #include "coordinator/rollout_service.h"
@@ -75,8 +79,15 @@ struct BatchEnd {
   BatchStop stop = BatchStop::kConverged;
 };
 
-// Called from Learn's own thread, in this order for each batch: start, evaluation 0, box, evaluations 1 …, end. An
-// exception thrown here ends the learning and comes out of Learn.
+// theta_t on the validation variations; t = 0: the initial design.
+struct BatchValidation {
+  int batch = 0;
+  TestSummary test{};
+  bool is_best = false;  // of those so far
+};
+
+// Called from Learn's own thread, in this order: validation of the initial design; for each batch start, evaluation 0,
+// box, evaluations 1 …, end, validation. An exception thrown here ends the learning and comes out of Learn.
 class LearningObserver {
  public:
   virtual ~LearningObserver() = default;
@@ -84,14 +95,19 @@ class LearningObserver {
   virtual void OnEvaluation(const LearningEvaluation& evaluation) = 0;
   virtual void OnBatchBox(const BatchBox& box) = 0;
   virtual void OnBatchEnd(const BatchEnd& end) = 0;
+  // Around the rollouts of a validation; most have no use for them.
+  virtual void OnValidationStart() {}
+  virtual void OnValidation(const BatchValidation&) {}
 };
 
 struct LearningResult {
-  std::vector<double> theta;
-  std::vector<BatchEnd> batches;  // fewer than T when the budget ended first
+  std::vector<double> theta;                 // that of the best validation, or the last
+  int batch = 0;                             // whose it is; 0: the initial design's
+  std::vector<BatchValidation> validations;  // of theta_0 … theta_T, or none
+  std::vector<BatchEnd> batches;             // fewer than T when the budget ended first
   std::int64_t evaluations = 0;
-  std::int64_t rejected = 0;  // evaluations
-  std::int64_t rollouts = 0;
+  std::int64_t rejected = 0;   // evaluations
+  std::int64_t rollouts = 0;   // without those of validation
   std::int64_t untrusted = 0;  // rollouts, the excluded ones included
   std::int64_t excluded = 0;   // variations excluded from a batch or a distillation set
   std::int64_t doubtful_gradients = 0;

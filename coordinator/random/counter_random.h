@@ -23,6 +23,7 @@ enum class RandomStream : std::uint32_t {
   kRandomThetas = 5,        // index: number of the random design
   kOptimizer = 6,           // index: batch; seeds NLopt's stochastic algorithms
   kPolicyWeights = 7,       // index: weight of a policy's network
+  kValidation = 8,          // index: validation variation
 };
 
 // Ten rounds of Philox4x32 on one counter.

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace knap {
 namespace {
@@ -64,6 +65,20 @@ Json MakeEvaluationJson(const TestSummary& summary, bool has_success) {
   json["untrusted"] = summary.untrusted;
   json["distrust"] = summary.untrusted > 0 ? Json(summary.distrust) : Json();
   return json;
+}
+
+Json MakeEvaluationsJson(const ResultDocument& document) {
+  Json validations = Json::array();
+  for (const BatchValidation& validation : document.validations) {
+    Json json = {{"batch", validation.batch}};
+    json.update(MakeEvaluationJson(validation.test, document.has_success));
+    validations.push_back(std::move(json));
+  }
+  return {{"initial", MakeEvaluationJson(document.test_initial, document.has_success)},
+          {"learned", MakeEvaluationJson(document.test_learned, document.has_success)},
+          {"clearly_better", IsClearlyBetter(document.test_learned, document.test_initial)},
+          {"learned_batch", document.batch},
+          {"validation", std::move(validations)}};
 }
 
 }  // namespace knap

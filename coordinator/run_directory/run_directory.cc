@@ -113,11 +113,7 @@ RunIdentity RunDirectory::ReadIdentity() const try {
 void RunDirectory::WriteResult(const ResultDocument& document) const {
   // Both texts first: a number that JSON cannot hold must leave no file behind. result.json last: it says "done".
   const std::string result = MakeJsonText(MakeResultJson(document), 2) + "\n";
-  const std::string evaluation =
-      MakeJsonText({{"initial", MakeEvaluationJson(document.test_initial, document.has_success)},
-                    {"learned", MakeEvaluationJson(document.test_learned, document.has_success)}},
-                   2) +
-      "\n";
+  const std::string evaluation = MakeJsonText(MakeEvaluationsJson(document), 2) + "\n";
   WriteFileAtomically(evaluation_path(), evaluation);
   WriteFileAtomically(result_path(), result);
 }

@@ -33,7 +33,7 @@ DurableFile OpenLines(const std::filesystem::path& path, const std::string& firs
 std::string MakeMetricsHeader(const std::vector<std::string>& parameter_names) {
   std::string line =
       "time_s,batch,evaluation,loss,task_loss,distillation_loss,gradient_norm,best_loss,accepted,successes,rollouts,"
-      "untrusted";
+      "untrusted,validation_loss,validation_success";
   for (const std::string& name : parameter_names) line.append(1, ',').append(MakeCsvField(name));
   return line + "\n";
 }
@@ -48,12 +48,17 @@ MetricsLog::MetricsLog(const std::filesystem::path& path, const std::vector<std:
 void MetricsLog::Append(double time_s, const LearningEvaluation& evaluation) {
   last_time_us_ = std::max(RoundToMicroseconds(time_s), last_time_us_ + 1);
   const BatchEvaluation& value = evaluation.value;
-  std::string line =
-      fmt::format("{},{},{},{},{},{},{},{},{:d},{},{},{}", FormatMicroseconds(last_time_us_), evaluation.batch,
-                  evaluation.evaluation, value.loss, value.task_loss, value.distillation_loss, value.gradient_norm,
-                  evaluation.best_loss, value.accepted, value.successes, evaluation.rollouts, value.untrusted);
+  std::string line = fmt::format("{},{},{},{},{},{},{},{},{:d},{},{},{},{}", FormatMicroseconds(last_time_us_),
+                                 evaluation.batch, evaluation.evaluation, value.loss, value.task_loss,
+                                 value.distillation_loss, value.gradient_norm, evaluation.best_loss, value.accepted,
+                                 value.successes, evaluation.rollouts, value.untrusted, validation_);
   for (const double theta : value.theta) line += fmt::format(",{}", theta);
   file_.Write(line + "\n");
+}
+
+void MetricsLog::SetValidation(const BatchValidation& validation, bool has_success) {
+  validation_ = fmt::format("{},", validation.test.loss_mean);
+  if (has_success) validation_ += fmt::format("{}", validation.test.success_rate);
 }
 
 RolloutLog::RolloutLog(const std::filesystem::path& path)

@@ -21,7 +21,9 @@
 namespace knap {
 
 // metrics.csv: one row an optimizer evaluation. Columns: time_s, batch, evaluation, loss, task_loss, distillation_loss,
-// gradient_norm, best_loss, accepted (0 or 1), successes, rollouts (so far), untrusted, then each parameter by name.
+// gradient_norm, best_loss, accepted (0 or 1), successes, rollouts (so far), untrusted, validation_loss and
+// validation_success of the design that the batch began with (comparable from batch to batch; empty without
+// validation), then each parameter by name.
 class MetricsLog {
  public:
   MetricsLog(const std::filesystem::path& path, const std::vector<std::string>& parameter_names);
@@ -29,10 +31,13 @@ class MetricsLog {
   // time_s: seconds of work on the run. Written with microseconds, and moved up by the least amount that keeps
   // the column strictly increasing.
   void Append(double time_s, const LearningEvaluation& evaluation);
+  // What the rows of the next batch tell. Without a success test its rate is left empty.
+  void SetValidation(const BatchValidation& validation, bool has_success);
 
  private:
   DurableFile file_;
   std::int64_t last_time_us_ = -1;
+  std::string validation_ = ",";  // both columns
 };
 
 struct RolloutRow {

@@ -215,6 +215,8 @@ class SceneChecker {
       }
       *count = 1;
     }
+    // Every batch then sees all that there is.
+    scene_.learning.validation = 0;
   }
 
   // Where the file does not say how many parameters move in a batch, it is no more than there are.

@@ -47,7 +47,8 @@ double CalcDefaultStep(const Scene& scene) {
   const std::int64_t longest = std::llround(kLongestDefaultStep / kUnit);
   divisor = std::max<std::int64_t>(divisor, 1);
   const std::int64_t parts = (divisor + longest - 1) / longest;
-  return kUnit * static_cast<double>(divisor) / static_cast<double>(parts);
+  // One division, so that 4 ms is the number that 4 ms is.
+  return static_cast<double>(divisor) / (1e9 * static_cast<double>(parts));
 }
 
 }  // namespace knap

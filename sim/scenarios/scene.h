@@ -245,6 +245,9 @@ enum class LearnedPart { kDesign, kControl, kPolicy };
 
 enum class SceneLearningMethod { kOurs, kSimpleContinual, kDiffHand };
 
+// Which design is what was learned: the best validated one, or the last.
+enum class Keep { kBest, kLast };
+
 struct Learning {
   SceneLearningMethod method = SceneLearningMethod::kOurs;
   std::vector<LearnedPart> optimize = {LearnedPart::kDesign};  // each at most once; the rest stays initial
@@ -257,6 +260,8 @@ struct Learning {
   std::string optimizer = "LD_LBFGS";  // an NLopt algorithm
   std::int64_t max_evaluations = 15;   // of the optimizer, a batch
   std::int64_t rollout_budget = 0;     // of the whole learning; 0: none
+  std::int64_t validation = 20;  // variations on which designs are compared; 0: none; 0 in a scene that does not vary
+  Keep keep = Keep::kBest;
   std::int64_t seed = 0;
 };
 

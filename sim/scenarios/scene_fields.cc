@@ -337,6 +337,16 @@ static void VisitFields(FieldVisitor& v, Learning& l) {
              .required = false,
              .range = kSeed},
             l.rollout_budget);
+  v.Integer({.key = "validation",
+             .doc = "variations, of a stream of their own, on which the designs of all batches are compared; 0: none",
+             .required = false,
+             .range = {0.0, 1e6}},
+            l.validation);
+  static constexpr string_view kKeep[] = {"best", "last"};
+  v.EnumField({.key = "keep",
+               .doc = "what is learned: the best validated design, the initial one included, or that of the last batch",
+               .required = false},
+              l.keep, kKeep);
   v.Integer({.key = "seed", .doc = "of training", .required = false, .range = kSeed}, l.seed);
 }
 

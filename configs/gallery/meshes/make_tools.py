@@ -1,0 +1,40 @@
+#!/usr/bin/env python3
+"""Writes the tools of the gallery and their cages beside this script. Millimetres.
+
+blade: a bar, x -50..50, front face at y = 0, 10 thick behind it, z 0..20. Its cage is cut at five stations along x: left
+tip, left middle, centre, right middle, right tip. finger: a bar 8 x 8 that hangs from the origin down to z = -40, with a
+cage cut at its ends. Station s has cage vertices 4s..4s+3 (from 0).
+"""
+import pathlib
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "meshes"))
+from box_mesh import make_box, spread, spread_between, write_obj  # noqa: E402
+
+MARGIN = 1  # of the cages around the tools
+
+
+def write_blade():
+    stations = [-50, -25, 0, 25, 50]
+    xs = spread_between(stations, [10, 10, 10, 10])
+    write_obj(__file__, "blade.obj", "Blade, a plain bar", *make_box(xs, spread(-10, 0, 2), spread(0, 20, 2)))
+    tip = stations[-1] + MARGIN
+    write_obj(__file__, "blade_cage.obj", "Cage of the blade",
+              *make_box([-tip, *stations[1:-1], tip], [-10 - MARGIN, MARGIN], [-MARGIN, 20 + MARGIN]))
+
+
+def turn(vertices):
+    """x becomes -z: what lies along x hangs down."""
+    return [(z, y, -x) for x, y, z in vertices]
+
+
+def write_finger():
+    vertices, triangles = make_box(spread(0, 40, 8), spread(-4, 4, 2), spread(-4, 4, 2))
+    write_obj(__file__, "finger.obj", "Finger, a plain bar", turn(vertices), triangles)
+    vertices, triangles = make_box([-MARGIN, 40 + MARGIN], [-5, 5], [-5, 5])
+    write_obj(__file__, "finger_cage.obj", "Cage of the finger", turn(vertices), triangles)
+
+
+if __name__ == "__main__":
+    write_blade()
+    write_finger()
