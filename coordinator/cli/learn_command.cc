@@ -93,16 +93,18 @@ std::string FormatDistrust(const std::string& design, const TestSummary& test) {
 }
 
 // Whether it was worth it, and which batch's design it is.
-std::string FormatVerdict(const ResultDocument& document) {
+std::string FormatVerdict(const ResultDocument& document, const std::string& loss_unit) {
   std::string text;
   const std::vector<BatchValidation>& validations = document.validations;
   if (!validations.empty()) {
     const auto& kept = validations[static_cast<std::size_t>(document.batch)];
     const std::string success =
-        document.has_success ? fmt::format("{:.0f}% of them succeed, ", 100.0 * kept.test.success_rate) : "";
-    text += fmt::format("  kept      {} of {} batches, by {} validation variations: {}mean loss {:.4g}\n",
-                        document.batch == 0 ? "the initial design" : fmt::format("that of batch {}", document.batch),
-                        validations.size() - 1, kept.test.variations, success, kept.test.loss_mean);
+        document.has_success ? fmt::format("{:.0f}% succeed, ", 100.0 * kept.test.success_rate) : "";
+    text += fmt::format("  kept      {}, by {} validation variations: {}mean loss {:.4g}{}\n",
+                        document.batch == 0
+                            ? "the initial design"
+                            : fmt::format("batch {} of {}", document.batch, validations.size() - 1),
+                        kept.test.variations, success, kept.test.loss_mean, loss_unit);
   }
   if (IsClearlyBetter(document.test_learned, document.test_initial)) return text;
   return text +
@@ -123,7 +125,7 @@ std::string FormatSummary(const Scene& scene, const ResultDocument& document, co
   }
   text += fmt::format("  mean loss {:.4g} -> {:.4g}{}\n", document.test_initial.loss_mean,
                       document.test_learned.loss_mean, FormatLossUnit(scene));
-  text += FormatVerdict(document);
+  text += FormatVerdict(document, FormatLossUnit(scene));
   text += FormatDistrust("initial", document.test_initial) + FormatDistrust("learned", document.test_learned);
   if (scene.design) {
     text += fmt::format(

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <initializer_list>
+#include <map>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -33,6 +36,18 @@ Json MakeColumn(const CsvTable& table, const char* name) {
   return column;
 }
 
+Json Pick(const Json& event, std::initializer_list<const char*> names) {
+  Json picked = Json::object();
+  for (const char* name : names) picked[name] = event.contains(name) ? event[name] : Json();
+  return picked;
+}
+
+Json ListValues(const std::map<std::int64_t, Json>& by_number) {
+  Json list = Json::array();
+  for (const auto& [number, value] : by_number) list.push_back(value);
+  return list;
+}
+
 // What an event's other members tell, in words.
 std::string DescribeDetails(const Json& event) {
   std::string text;
@@ -52,16 +67,20 @@ Json MakeLearningJson(const RunDirectory& run) {
                            "accepted", "successes", "rollouts", "untrusted"}) {
     evaluations[name] = MakeColumn(metrics, name);
   }
-  Json batches = Json::array();
+  // A resumed run tells of its first batches again, in the same words.
+  std::map<std::int64_t, Json> sizes, batches, validations;
   for (const Json& event : ReadEvents(run)) {
-    if (event.value("event", "") != "batch_end") continue;
-    Json batch = Json::object();
-    for (const char* name : {"batch", "theta", "start_loss", "best_loss", "evaluations", "stop"}) {
-      batch[name] = event.contains(name) ? event[name] : Json();
-    }
-    batches.push_back(std::move(batch));
+    const std::string name = event.value("event", "");
+    const std::int64_t number = event.value("batch", std::int64_t{0});
+    if (name == "batch_start") sizes[number] = event.value("variations", Json::array()).size();
+    if (name == "batch_end")
+      batches[number] = Pick(event, {"batch", "theta", "start_loss", "best_loss", "evaluations", "stop"});
+    if (name == "validation") validations[number] = Pick(event, {"batch", "loss_mean", "success_rate", "best"});
   }
-  return {{"evaluations", std::move(evaluations)}, {"batches", std::move(batches)}};
+  for (auto& [number, batch] : batches) batch["variations"] = sizes.contains(number) ? sizes[number] : Json();
+  return {{"evaluations", std::move(evaluations)},
+          {"batches", ListValues(batches)},
+          {"validations", ListValues(validations)}};
 }
 
 Json MakeTimelineJson(const RunDirectory& run, const CsvTable& rollouts) {
@@ -83,7 +102,7 @@ Json MakeTimelineJson(const RunDirectory& run, const CsvTable& rollouts) {
     attempt.push_back(MakeJsonNumber(rollouts.GetNumber(i, "attempt")));
   }
   // What the other charts show is left out.
-  constexpr std::array<const char*, 4> kToldElsewhere = {"batch_start", "batch_box", "batch_end", "test"};
+  constexpr std::array<const char*, 5> kToldElsewhere = {"batch_start", "batch_box", "batch_end", "validation", "test"};
   Json events = Json::array();
   for (const Json& event : ReadEvents(run)) {
     const std::string name = event.value("event", "");
@@ -109,8 +128,8 @@ Json MakeCertificatesJson(const CsvTable& rollouts) {
   double deepest = 0.0;
   double largest_force = 0.0;
   for (std::size_t i = 0; i < rollouts.size(); ++i) {
-    // Tests ask for no gradient.
-    if (rollouts.Get(i, "kind") != "test") {
+    // Tests and validations ask for no gradient.
+    if (rollouts.Get(i, "kind") != "test" && rollouts.Get(i, "kind") != "validation") {
       ++gradients;
       flagged += rollouts.Get(i, "gradient_reliable") == "0" ? 1 : 0;
     }

@@ -340,8 +340,12 @@ def learning(source, initial, learned, batches=10, evaluations=12):
                 table[name].append(value)
         share = 1 - math.exp(-0.6 * batch) if batch < batches else 1.0
         rows.append({"batch": batch, "theta": [a + share * (b - a) for a, b in zip(initial, learned)],
-                     "start_loss": start, "best_loss": best, "evaluations": evaluations, "stop": "converged"})
-    return {"evaluations": table, "batches": rows}
+                     "start_loss": start, "best_loss": best, "evaluations": evaluations, "stop": "converged",
+                     "variations": 5})
+    validations = [{"batch": batch, "loss_mean": 2.2e-3 * math.exp(-0.45 * batch) * source.uniform(0.9, 1.1),
+                    "success_rate": 1 - 0.8 * math.exp(-0.4 * batch), "best": batch in (0, 1, 3, 7)}
+                   for batch in range(batches + 1)]
+    return {"evaluations": table, "batches": rows, "validations": validations}
 
 
 def timeline(source, workers=4):

@@ -21,11 +21,31 @@
     return batch.flatMap((value, i) => (i > 0 && value !== batch[i - 1] ? [i + 0.5] : []));
   }
 
-  function shares(evaluations) {
-    return (evaluations.successes ?? []).map((successes, i) => successes / (evaluations.rollouts?.[i] || 1));
+  // Of each evaluation, over the variations of its batch.
+  function shares(evaluations, batches) {
+    const sizes = new Map(batches.map((batch) => [batch.batch, batch.variations]));
+    return (evaluations.successes ?? []).map((successes, i) => {
+      const size = sizes.get(evaluations.batch?.[i]);
+      return size ? successes / size : null;
+    });
   }
 
-  function charts(evaluations, lossUnit, hasSuccess) {
+  // The same variations for all designs: what may be compared from batch to batch.
+  function validationCharts(validations, lossUnit, hasSuccess) {
+    const common = { xLabel: "batches learned", height: 200 };
+    const xs = validations.map((one) => one.batch);
+    const marks = validations.map((one) => one.best);
+    const made = [{ ...common, title: "Validation: mean loss", unit: lossUnit, logarithmic: true,
+      series: [{ name: "a dot: the best so far", style: "task", xs, ys: validations.map((one) => one.loss_mean), marks }] }];
+    if (hasSuccess) {
+      made.push({ ...common, title: "Validation: share that succeeds", fromZero: true,
+        series: [{ name: "a dot: the best so far", style: "best", xs, marks,
+          ys: validations.map((one) => one.success_rate) }] });
+    }
+    return made.map((options) => new knap.LineChart(options).node);
+  }
+
+  function charts(evaluations, batches, lossUnit, hasSuccess) {
     const common = { xLabel: "evaluation", borders: bordersOf(evaluations) };
     const losses = lossSeries.map(([field, name, style]) => series(evaluations, field, name, style,
       field === "task_loss" ? { marks: evaluations.accepted } : { stepped: field === "best_loss" })).filter(Boolean);
@@ -35,8 +55,8 @@
       made.push({ ...common, title: "Loss", unit: lossUnit, series: losses, logarithmic: true, height: 240 });
     }
     if (gradient) made.push({ ...common, title: "Norm of the gradient", series: [gradient], logarithmic: true });
-    const success = hasSuccess && shares({ ...evaluations });
-    if (success?.length) {
+    const success = hasSuccess && shares(evaluations, batches);
+    if (success && success.some((share) => share !== null)) {
       const one = { name: "success", style: "best", xs: numbersOf(evaluations), ys: success, stepped: true };
       made.push({ ...common, title: "Share of the batch that succeeds", series: [one], fromZero: true });
     }
@@ -52,13 +72,15 @@
   }
 
   function make(data) {
-    const { evaluations, batches } = data.learning ?? {};
+    const { evaluations, batches = [], validations = [] } = data.learning ?? {};
     if (!evaluations || !numbersOf(evaluations).length) return null;
     return html("div", { class: "learning" },
       html("p", { class: "hint" }, "A dot is a step that the optimizer accepted; upright lines part the batches, " +
         "each of which has variations of its own, so that losses jump there."),
-      html("div", { class: "charts" }, ...charts(evaluations, data.loss_unit ?? "", data.has_success === true)),
-      batches?.length ? batchTable(batches, data.loss_unit ?? "") : null);
+      html("div", { class: "charts" },
+        ...(validations.length ? validationCharts(validations, data.loss_unit ?? "", data.has_success === true) : []),
+        ...charts(evaluations, batches, data.loss_unit ?? "", data.has_success === true)),
+      batches.length ? batchTable(batches, data.loss_unit ?? "") : null);
   }
 
   knap.learning = { make };
