@@ -141,7 +141,7 @@ void PrintTests(const Scene& scene, const ParameterSpec& parameters, const std::
 std::string FormatCsv(const Scene& scene, const VariationSpec& variations, std::uint64_t seed,
                       const std::vector<Test>& tests) {
   std::string text = "design,variation";
-  for (const VariationKey& key : variations) text += "," + MakeCsvField(key.name);
+  for (const std::string& name : ListNames(variations)) text += "," + MakeCsvField(name);
   text += ",loss,success,finite,converged,distrust,penetration,largest_force,steps\n";
   const auto number = [](double value) { return std::isfinite(value) ? fmt::format("{}", value) : std::string(); };
   for (std::size_t k = 0; k < tests.size(); ++k) {

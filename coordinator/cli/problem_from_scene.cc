@@ -3,14 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
 #include "coordinator/cli/initial_weights.h"
+#include "coordinator/cli/variation_table.h"
+#include "sim/math/overloaded.h"
 #include "sim/rollout/build_policy.h"
 #include "sim/rollout/control_commands.h"
+#include "sim/scenarios/apply_variation.h"
 
 namespace knap {
 namespace {
@@ -27,9 +32,55 @@ LearningMethod MakeMethod(SceneLearningMethod method) {
   return LearningMethod::kOurs;
 }
 
-UniformDraw MakeDraw(const UniformDistribution& uniform) { return {uniform.lower, uniform.upper}; }
+// `files` holds the tables.
+VariationKeys MakeKeys(const Variation& variation, const std::map<std::string, std::string>& files) {
+  VariationKeys keys{variation.keys, {}};
+  const auto list = [](const auto& vector) { return std::vector<double>(vector.begin(), vector.end()); };
+  std::visit(Overloaded{[&](const UniformDistribution& d) {
+                          keys.distribution = UniformDraw{d.lower, d.upper};
+                        },
+                        [&](const NormalDistribution& d) {
+                          keys.distribution = NormalDraw{d.mean, d.std, d.truncate_at};
+                        },
+                        [&](const LogUniformDistribution& d) {
+                          keys.distribution = LogUniformDraw{d.lower, d.upper};
+                        },
+                        [&](const ChoiceDistribution& d) { keys.distribution = ChoiceDraw{d.values}; },
+                        [&](const DiscDistribution& d) {
+                          keys.distribution = BallDraw{list(d.center), d.radius};
+                        },
+                        [&](const BallDistribution& d) {
+                          keys.distribution = BallDraw{list(d.center), d.radius};
+                        },
+                        [&](const OrientationDistribution&) { keys.distribution = OrientationDraw{}; },
+                        [&](const TurnDistribution& d) {
+                          keys.distribution = TurnDraw{{d.axis.x(), d.axis.y(), d.axis.z()}, d.lower, d.upper};
+                        },
+                        [&](const CorrelatedDistribution& d) {
+                          const Eigen::MatrixXd L = MakeCorrelationMatrix(d).llt().matrixL();
+                          CorrelatedDraw draw{d.mean, d.std, {}, d.truncate_at};
+                          for (Eigen::Index i = 0; i < L.rows(); ++i)
+                            draw.factor.push_back(list(Eigen::VectorXd(L.row(i))));
+                          keys.distribution = std::move(draw);
+                        },
+                        [&](const TableDistribution& d) {
+                          keys.distribution = RowDraw{ReadVariationTable(d.file, files.at(d.file), variation.keys)};
+                        }},
+             variation.distribution);
+  return keys;
+}
 
-NormalDraw MakeDraw(const NormalDistribution& normal) { return {normal.mean, normal.std, normal.truncate_at}; }
+// Every row of a table must be allowed; those of other distributions were tried when the file was read.
+void TryRows(const Scene& original, std::size_t first, const TableDistribution& table, const RowDraw& draw) {
+  Scene scene = Scene(original);
+  VariedNumbers numbers(scene);
+  for (std::size_t i = 0; i < draw.rows.size(); ++i) {
+    for (std::size_t k = 0; k < draw.rows[i].size(); ++k) numbers.Set(first + k, draw.rows[i][k]);
+    if (const std::optional<DrawRefusal> refusal = numbers.FindRefusal()) {
+      throw std::invalid_argument(fmt::format("{}:{}: {}", table.file, i + 2, refusal->message));
+    }
+  }
+}
 
 // As many as MakeProblem names.
 std::size_t CountParameters(const Scene& scene) {
@@ -88,11 +139,13 @@ Problem MakeProblem(const Scene& scene, const std::map<std::string, std::string>
       ++spec.controls;
     }
   }
+  std::size_t numbers = 0;
   for (const Variation& variation : scene.variation) {
-    VariationKey key;
-    key.name = variation.key;
-    std::visit([&key](const auto& distribution) { key.distribution = MakeDraw(distribution); }, variation.distribution);
-    problem.variations.push_back(key);
+    problem.variations.push_back(MakeKeys(variation, files));
+    if (const auto* table = std::get_if<TableDistribution>(&variation.distribution)) {
+      TryRows(scene, numbers, *table, std::get<RowDraw>(problem.variations.back().distribution));
+    }
+    numbers += variation.keys.size();
   }
   CheckProblem(problem);
   return problem;

@@ -110,12 +110,13 @@ std::vector<double> ParseTheta(const std::string& text, const std::string& optio
 
 std::vector<double> ParseVariationValues(const std::string& text, const std::string& option, Scene scene) {
   const std::vector<std::string> parts = Split(text);
-  CheckCount(parts.size(), scene.variation.size(), "varied keys", option);
+  const std::vector<std::string> varied = ListVariedKeys(scene.variation);
+  CheckCount(parts.size(), varied.size(), "varied keys", option);
   std::map<std::string, NumericKey> keys;
   for (const NumericKey& key : ListNumericKeys(scene)) keys[key.path] = key;
   std::vector<double> values;
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    const NumericKey& key = keys.at(scene.variation[i].key);
+    const NumericKey& key = keys.at(varied[i]);
     const std::string where = fmt::format("{}: {}", option, key.path);
     values.push_back(ParseValue(parts[i], key.dimension, where));
     if (!key.range.Contains(values.back())) {
@@ -127,8 +128,7 @@ std::vector<double> ParseVariationValues(const std::string& text, const std::str
 }
 
 std::vector<double> ReadNominalVariation(Scene scene) {
-  std::vector<std::string> paths;
-  for (const Variation& variation : scene.variation) paths.push_back(variation.key);
+  const std::vector<std::string> paths = ListVariedKeys(scene.variation);
   std::vector<double> values;
   for (const double* value : FindNumericKeys(scene, paths)) values.push_back(*value);
   return values;

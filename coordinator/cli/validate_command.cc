@@ -64,7 +64,7 @@ int RunValidate(const ValidateFlags& flags) {
                           fmt::format("{} {}", scene.bodies.size(), scene.bodies.size() == 1 ? "body" : "bodies"),
                           Count(scene.contacts.size(), "contact"),
                           Count(scene.design ? scene.design->parameters.size() : 0, "design parameter"),
-                          Count(scene.variation.size(), "varied key"),
+                          Count(ListVariedKeys(scene.variation).size(), "varied key"),
                           Count(static_cast<std::size_t>(std::llround(rollout.horizon / rollout.step)), "step"),
                           rollout.step));
   return kExitDone;

@@ -6,6 +6,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "coordinator/learning/variation_draws.h"
+
 namespace knap {
 namespace {
 
@@ -50,53 +52,36 @@ void CheckParameters(const ParameterSpec& spec) {
   }
 }
 
-void CheckDistribution(const std::string& name, const UniformDraw& uniform) {
-  if (!(std::isfinite(uniform.lower) && std::isfinite(uniform.upper) && uniform.lower <= uniform.upper)) {
-    Refuse("variation ", name, ": uniform on [", uniform.lower, ", ", uniform.upper,
-           "]; expected finite values with lower <= upper");
-  }
-}
-
-void CheckDistribution(const std::string& name, const NormalDraw& normal) {
-  if (!(std::isfinite(normal.mean) && std::isfinite(normal.standard_deviation) && normal.standard_deviation >= 0.0)) {
-    Refuse("variation ", name, ": normal with mean ", normal.mean, " and standard deviation ",
-           normal.standard_deviation, "; expected finite values and a standard deviation >= 0");
-  }
-  if (!(normal.truncate_at > 0.0)) {
-    Refuse("variation ", name, ": normal truncated at ", normal.truncate_at, " standard deviations; expected > 0");
-  }
-}
-
-double Draw(const UniformDraw& uniform, CounterRandom& random) {
-  return random.DrawUniform(uniform.lower, uniform.upper);
-}
-
-double Draw(const NormalDraw& normal, CounterRandom& random) {
-  return normal.mean + normal.standard_deviation * random.DrawTruncatedNormal(normal.truncate_at);
-}
-
 }  // namespace
 
 void CheckProblem(const Problem& problem) {
   CheckParameters(problem.parameters);
-  std::vector<std::string> names;
-  for (const VariationKey& key : problem.variations) {
-    names.push_back(key.name);
-    std::visit([&key](const auto& distribution) { CheckDistribution(key.name, distribution); }, key.distribution);
+  for (const VariationKeys& keys : problem.variations) {
+    if (keys.names.empty()) Refuse("variations: an entry without a name");
+    const std::string fault = FindDrawFault(keys);
+    if (!fault.empty()) Refuse(fault);
   }
-  CheckNames("variations", names);
+  CheckNames("variations", ListNames(problem.variations));
 }
 
 std::vector<double> SampleVariation(const VariationSpec& spec, std::uint64_t seed, RandomStream stream,
                                     std::uint64_t index) {
   CounterRandom random(seed, stream, index);
   std::vector<double> values;
-  values.reserve(spec.size());
-  for (const VariationKey& key : spec) {
-    values.push_back(
-        std::visit([&random](const auto& distribution) { return Draw(distribution, random); }, key.distribution));
-  }
+  for (const VariationKeys& keys : spec) DrawVariation(keys, random, &values);
   return values;
+}
+
+std::vector<std::string> ListNames(const VariationSpec& spec) {
+  std::vector<std::string> names;
+  for (const VariationKeys& keys : spec) names.insert(names.end(), keys.names.begin(), keys.names.end());
+  return names;
+}
+
+std::vector<DrawRange> ListDrawRanges(const VariationSpec& spec) {
+  std::vector<DrawRange> ranges;
+  for (const VariationKeys& keys : spec) AddDrawRanges(keys, &ranges);
+  return ranges;
 }
 
 std::vector<double> SampleTheta(const ParameterSpec& spec, std::uint64_t seed, std::uint64_t index) {

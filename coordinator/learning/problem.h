@@ -2,6 +2,7 @@
 // task variations. What the numbers mean is the workers' business.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -37,13 +38,64 @@ struct NormalDraw {
   double truncate_at = std::numeric_limits<double>::infinity();  // > 0 [-]
 };
 
-// One varied number of the scenario: a start coordinate, a physical parameter, a goal. In the key's own SI unit.
-struct VariationKey {
-  std::string name;
-  std::variant<UniformDraw, NormalDraw> distribution;
+// The logarithm is uniform; 0 < lower <= upper.
+struct LogUniformDraw {
+  double lower = 1.0, upper = 1.0;
 };
 
-using VariationSpec = std::vector<VariationKey>;  // names differ; no keys: all rollouts start alike
+// One of the values, each as likely; at least one.
+struct ChoiceDraw {
+  std::vector<double> values;
+};
+
+// Of several numbers together.
+
+// A point of a ball in as many dimensions as `center` has; radius >= 0.
+struct BallDraw {
+  std::vector<double> center;
+  double radius = 0.0;
+};
+
+// Roll, pitch, yaw [rad] of an orientation R = Rz(yaw) Ry(pitch) Rx(roll): uniform over all; or of a turn about `axis`,
+// not zero, by an angle uniform on [lower, upper].
+struct OrientationDraw {};
+struct TurnDraw {
+  std::array<double, 3> axis{};
+  double lower = 0.0, upper = 0.0;
+};
+
+// mean_i + standard_deviation_i Σ_j factor[i][j] z_j with independent truncated normal z; `factor` is the lower
+// triangle of the correlations' Cholesky factor. Drawn again until every number lies within truncate_at of its own
+// deviations.
+struct CorrelatedDraw {
+  std::vector<double> mean, standard_deviation;
+  std::vector<std::vector<double>> factor;
+  double truncate_at = std::numeric_limits<double>::infinity();
+};
+
+// One of the rows, each as likely; at least one, all as long as there are names.
+struct RowDraw {
+  std::vector<std::vector<double>> rows;
+};
+
+// Varied numbers of the scenario that are drawn together: a start coordinate, a physical parameter, a place, a goal. In
+// the keys' own SI units.
+struct VariationKeys {
+  std::vector<std::string> names;
+  std::variant<UniformDraw, NormalDraw, LogUniformDraw, ChoiceDraw, BallDraw, OrientationDraw, TurnDraw, CorrelatedDraw,
+               RowDraw>
+      distribution;
+};
+
+using VariationSpec = std::vector<VariationKeys>;  // names differ; none: all rollouts start alike
+
+std::vector<std::string> ListNames(const VariationSpec& spec);
+
+// What each number can be, in the order of ListNames; of an unbounded one what nearly all draws are within.
+struct DrawRange {
+  double lower = 0.0, upper = 0.0;
+};
+std::vector<DrawRange> ListDrawRanges(const VariationSpec& spec);
 
 struct Problem {
   ParameterSpec parameters;
@@ -53,9 +105,9 @@ struct Problem {
 // Throws std::invalid_argument with the name of the field, its value and what is allowed.
 void CheckProblem(const Problem& problem);
 
-// The values of variation `index` of a stream, one for each key in the order of `spec`. A pure function of its
-// arguments: variation i is the same whatever other variations are drawn. Keys are independent; a uniform and a normal
-// key each consume one 64-bit draw.
+// The values of variation `index` of a stream, one for each name in the order of `spec`. A pure function of its
+// arguments, the same on every processor (exact_functions.h): variation i is the same whatever other variations are
+// drawn. Entries are independent; a uniform and a normal number each consume one 64-bit draw.
 std::vector<double> SampleVariation(const VariationSpec& spec, std::uint64_t seed, RandomStream stream,
                                     std::uint64_t index);
 

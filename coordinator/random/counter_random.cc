@@ -9,6 +9,8 @@
 #include <string>
 #include <utility>
 
+#include "coordinator/random/exact_functions.h"
+
 namespace knap {
 namespace {
 
@@ -27,23 +29,6 @@ double CalcPolynomial(const double (&c)[n], double x) {
   double sum = c[n - 1];
   for (std::size_t k = n - 1; k-- > 0;) sum = sum * x + c[k];
   return sum;
-}
-
-// log(x) for x > 0: with x = m 2^e, m in [1/sqrt(2), sqrt(2)) and s = (m - 1)/(m + 1),
-// log x = e log 2 + 2 (s + s^3/3 + s^5/5 + …), where |s| < 0.172 makes the term s^25 vanish in double.
-double CalcLog(double x) {
-  constexpr double kSqrtHalf = 0.70710678118654752440;
-  constexpr double kLog2 = 0.69314718055994530942;
-  int e = 0;
-  double m = std::frexp(x, &e);  // exact
-  if (m < kSqrtHalf) {
-    m *= 2.0;
-    --e;
-  }
-  const double s = (m - 1.0) / (m + 1.0);
-  double series = 0.0;
-  for (int k = 23; k >= 1; k -= 2) series = series * (s * s) + 1.0 / k;
-  return e * kLog2 + 2.0 * s * series;
 }
 
 }  // namespace
@@ -105,7 +90,7 @@ double CalcNormalQuantile(double p) {
     const double r = 0.180625 - q * q;
     return q * CalcPolynomial(kA, r) / CalcPolynomial(kB, r);
   }
-  double r = std::sqrt(-CalcLog(q < 0.0 ? p : 1.0 - p));
+  double r = std::sqrt(-CalcLogarithm(q < 0.0 ? p : 1.0 - p));
   double z = 0.0;
   if (r <= 5.0) {
     r -= 1.6;

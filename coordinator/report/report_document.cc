@@ -95,21 +95,16 @@ Json MakeOutcomesJson(const ReportedTest& test, bool has_success) {
   return {{"loss", std::move(loss)}, {"success", std::move(success)}, {"distrust", std::move(distrust)}};
 }
 
-std::pair<double, double> FindBounds(const VariationKey& key) {
-  if (const auto* uniform = std::get_if<UniformDraw>(&key.distribution)) return {uniform->lower, uniform->upper};
-  const NormalDraw& normal = std::get<NormalDraw>(key.distribution);
-  const double half = std::min(normal.truncate_at, 3.0) * normal.standard_deviation;
-  return {normal.mean - half, normal.mean + half};
-}
-
 Json MakeVariationJson(const ReportSource& source, bool has_success) {
   Scene scene = Scene(source.model->scene());
   std::map<std::string, std::string> units;
   for (const NumericKey& key : ListNumericKeys(scene)) units[key.path] = UnitName(key.dimension);
   Json keys = Json::array();
-  for (const VariationKey& key : source.problem->variations) {
-    const auto [lower, upper] = FindBounds(key);
-    keys.push_back({{"key", key.name}, {"unit", units[key.name]}, {"lower", lower}, {"upper", upper}});
+  const std::vector<std::string> names = ListNames(source.problem->variations);
+  const std::vector<DrawRange> ranges = ListDrawRanges(source.problem->variations);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    keys.push_back(
+        {{"key", names[i]}, {"unit", units[names[i]]}, {"lower", ranges[i].lower}, {"upper", ranges[i].upper}});
   }
   return {{"keys", std::move(keys)},
           {"values", source.variations},

@@ -15,10 +15,9 @@ namespace knap {
 
 VariedNumbers::VariedNumbers(Scene& scene) : scene_(scene) {
   const std::vector<NumericKey> all = ListNumericKeys(scene);
-  for (const Variation& variation : scene.variation) {
-    const auto found =
-        std::find_if(all.begin(), all.end(), [&](const NumericKey& k) { return k.path == variation.key; });
-    if (found == all.end()) throw std::invalid_argument(fmt::format("the scene has no number '{}'", variation.key));
+  for (const std::string& key : ListVariedKeys(scene.variation)) {
+    const auto found = std::find_if(all.begin(), all.end(), [&](const NumericKey& k) { return k.path == key; });
+    if (found == all.end()) throw std::invalid_argument(fmt::format("the scene has no number '{}'", key));
     keys_.push_back(*found);
   }
 }
@@ -63,11 +62,11 @@ std::optional<DrawRefusal> VariedNumbers::FindRefusal() const {
 }
 
 void ApplyVariation(Scene& scene, std::span<const double> values) {
-  if (values.size() != scene.variation.size()) {
-    throw std::invalid_argument(
-        fmt::format("{} variation values for a scene that varies {} numbers", values.size(), scene.variation.size()));
-  }
   VariedNumbers numbers(scene);
+  if (values.size() != numbers.size()) {
+    throw std::invalid_argument(
+        fmt::format("{} variation values for a scene that varies {} numbers", values.size(), numbers.size()));
+  }
   for (std::size_t i = 0; i < values.size(); ++i) numbers.Set(i, values[i]);
   if (const std::optional<DrawRefusal> refusal = numbers.FindRefusal()) {
     throw std::invalid_argument("the variation is not allowed: " + refusal->message);

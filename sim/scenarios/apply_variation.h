@@ -15,7 +15,7 @@ namespace knap {
 
 // Why drawn numbers are refused.
 struct DrawRefusal {
-  std::vector<std::size_t> variations;  // indices in scene.variation of the numbers concerned, at least one
+  std::vector<std::size_t> variations;  // the numbers concerned, as VariedNumbers counts them; at least one
   std::string message;  // "bodies.box.shape.size[0] = 0.001 m: bodies.box.shape.rounding must be at most half …"
 };
 
@@ -39,11 +39,11 @@ class VariedNumbers {
   std::string Describe(std::size_t i) const;
 
   const Scene& scene_;
-  std::vector<NumericKey> keys_;  // of scene.variation, in its order
+  std::vector<NumericKey> keys_;  // ListVariedKeys
 };
 
-// Sets scene.variation[i].key to values[i], in SI. Throws std::invalid_argument with one line when the sizes differ or
-// a value is refused.
+// Sets the varied numbers to `values`, in the order of ListVariedKeys, in SI. Throws std::invalid_argument with one
+// line when the sizes differ or a value is refused.
 void ApplyVariation(Scene& scene, std::span<const double> values);
 
 }  // namespace knap

@@ -9,7 +9,7 @@
 // to J. At zero joint coordinates B coincides with J. Roll-pitch-yaw angles (r, p, y) mean R = Rz(y)·Ry(p)·Rx(r).
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Dense>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -217,13 +217,65 @@ struct NormalDistribution {
   double truncate_at = 3.0;  // [-]
 };
 
-using Distribution = std::variant<UniformDistribution, NormalDistribution>;
-
-// One number of the scene that differs between rollouts; every value that can be drawn is allowed for the key.
-struct Variation {
-  std::string key;            // e.g. "bodies.pea.initial.position[0]", see numeric_keys.h
-  Distribution distribution;  // in the SI unit of the key
+// The logarithm is uniform.
+struct LogUniformDistribution {
+  double lower = 1.0;  // > 0
+  double upper = 1.0;  // ≥ lower
 };
+
+// One of these, each as likely.
+struct ChoiceDistribution {
+  std::vector<double> values;  // at least one
+};
+
+// Of several numbers together.
+
+// A point of a disc or ball, each place as likely.
+struct DiscDistribution {
+  Eigen::Vector2d center = Eigen::Vector2d::Zero();
+  double radius = 0.0;  // ≥ 0
+};
+struct BallDistribution {
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  double radius = 0.0;  // ≥ 0
+};
+
+// The roll-pitch-yaw angles of an orientation: every one as likely; or a turn about an axis, the angle uniform [rad].
+struct OrientationDistribution {};
+struct TurnDistribution {
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  // not zero
+  double lower = 0.0;
+  double upper = 0.0;  // ≥ lower
+};
+
+// Normal with these correlations, each number within truncate_at standard deviations of its mean.
+struct CorrelatedDistribution {
+  std::vector<double> mean, std;    // one each
+  std::vector<double> correlation;  // of each pair, row by row above the diagonal: 12, 13, …, 23, … [-]
+  double truncate_at = 3.0;         // [-]
+};
+
+// Symmetric, with ones on its diagonal.
+Eigen::MatrixXd MakeCorrelationMatrix(const CorrelatedDistribution& distribution);
+
+// A row of a file of numbers in SI units, each as likely; columns are named by the keys.
+struct TableDistribution {
+  std::string file;  // CSV, relative to the scenario's
+};
+
+using Distribution = std::variant<UniformDistribution, NormalDistribution, LogUniformDistribution, ChoiceDistribution,
+                                  DiscDistribution, BallDistribution, OrientationDistribution, TurnDistribution,
+                                  CorrelatedDistribution, TableDistribution>;
+
+// Numbers of the scene that differ between rollouts; every value that can be drawn is allowed for its key. Those of one
+// entry are drawn together, those of different entries independently.
+struct Variation {
+  std::vector<std::string> keys;  // e.g. "bodies.pea.initial.position[0]", see numeric_keys.h
+  Distribution distribution;      // in the SI unit of the keys
+};
+
+// Of all entries, in their order: what a rollout is given values for.
+std::vector<std::string> ListVariedKeys(const std::vector<Variation>& variation);
 
 // ---- Rollout ------------------------------------------------------------------------------------------------------
 

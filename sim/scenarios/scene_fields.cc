@@ -5,6 +5,7 @@
 #include "sim/scenarios/joint_fields.h"
 #include "sim/scenarios/objective_fields.h"
 #include "sim/scenarios/rollout_fields.h"
+#include "sim/scenarios/variation_fields.h"
 
 namespace knap {
 namespace {
@@ -265,32 +266,6 @@ static void VisitFields(FieldVisitor& v, Design& d) {
 }
 
 // ---- Variation ----------------------------------------------------------------------------------------------------
-
-// The numbers of a distribution have the dimension of the key.
-static void VisitDistribution(FieldVisitor& v, const std::string& key, UniformDistribution& d) {
-  v.Number({.key = "lower", .doc = "least value", .dimension_of = &key}, d.lower);
-  v.Number({.key = "upper", .doc = "largest value", .dimension_of = &key}, d.upper);
-}
-
-static void VisitDistribution(FieldVisitor& v, const std::string& key, NormalDistribution& d) {
-  v.Number({.key = "mean", .doc = "of the values", .dimension_of = &key}, d.mean);
-  v.Number({.key = "std", .doc = "standard deviation before truncation", .dimension_of = &key, .range = kNonNegative},
-           d.std);
-  v.Number({.key = "truncate_at",
-            .doc = "largest distance from the mean, in standard deviations",
-            .required = false,
-            .range = {0.0, 10.0, true}},
-           d.truncate_at);
-}
-
-static void VisitFields(FieldVisitor& v, Variation& x) {
-  v.Text({.key = "key",
-          .doc = "of the number that varies, such as `bodies.pea.initial.position[0]`",
-          .role = TextRole::kNumericKey},
-         x.key);
-  v.OneOf({.key = "distribution", .doc = "of its values"}, x.distribution, {"uniform", "normal"},
-          [&x](FieldVisitor& w, auto& distribution) { VisitDistribution(w, x.key, distribution); });
-}
 
 // ---- Learning -----------------------------------------------------------------------------------------------------
 
