@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <random>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -255,16 +256,14 @@ TEST_P(ExtremeValues, AreRefusedOrComeOutSound) {
   ASSERT_TRUE(varied.ok()) << varied.FormatErrors();
   RolloutModel model = MakeModel(varied.scene);
   const double own = *number.value;
-  ExpectSound(&model, key, own);
-  for (const double extreme : {0.0, 1e-308, 1e-4, 1.0, 1e4, 1e308}) {
-    ExpectSound(&model, key, extreme);
-    ExpectSound(&model, key, -extreme);
-  }
-  for (const double factor : {-1.0, 1e-3, 0.4, 2.1, 1e3}) ExpectSound(&model, key, factor * own);
+  std::set<double> values{own};  // each once: of a number that is 0, all parts are
+  for (const double extreme : {0.0, 1e-308, 1e-4, 1.0, 1e4, 1e308}) values.insert({extreme, -extreme});
+  for (const double factor : {-1.0, 1e-3, 0.4, 2.1, 1e3}) values.insert(factor * own);
   std::seed_seq seed(key.begin(), key.end());
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> exponent(-15.0, 15.0);
-  ExpectSound(&model, key, (random() % 2 == 0 ? 1.0 : -1.0) * std::pow(10.0, exponent(random)));
+  values.insert((random() % 2 == 0 ? 1.0 : -1.0) * std::pow(10.0, exponent(random)));
+  for (const double v : values) ExpectSound(&model, key, v);
 }
 
 std::vector<std::string> ListVaryingKeys() {
@@ -287,7 +286,7 @@ INSTANTIATE_TEST_SUITE_P(EveryKey, ExtremeValues, testing::ValuesIn(ListVaryingK
 TEST(ExtremeValuesScene, IsValidAndTouches) {
   const ParseResult result = Parse({});
   ASSERT_TRUE(result.ok()) << result.FormatErrors();
-  EXPECT_GT(ListVaryingKeys().size(), 150u);
+  EXPECT_GT(ListVaryingKeys().size(), 350u);
   RolloutModel model = MakeModel(Parse({"variation=[{key: \"gravity[2]\", distribution: uniform, lower: -9.81 m/s^2, "
                                         "upper: -9.81 m/s^2}]"})
                                      .scene);
