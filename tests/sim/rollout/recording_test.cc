@@ -47,10 +47,15 @@ TEST(RecordingTest, IsOfTheSameRollout) {
   for (std::size_t k = 0; k < seen.time.size(); ++k) ASSERT_NEAR(seen.time[k], step * static_cast<double>(k), 1e-12);
   RolloutModel sum = Load("pushing.yaml", {"loss.task=[{signals: [pea_x, pea_y], when: {type: samples, every: " +
                                            std::to_string(step) + " s}, shape: absolute}]"});
+  ASSERT_EQ(seen.signals.size(), 2U);
+  EXPECT_EQ(seen.signals[1].name, "pea_y");
+  EXPECT_EQ(seen.signals[1].unit, "m");
+  ASSERT_EQ(seen.signals[1].values.size(), seen.time.size());
   double expected = 0.0;
   for (std::size_t k = 1; k < seen.time.size(); ++k) {
     const Vector3d& p_W = seen.Find("pea").X_WB[k].p;
     expected += std::abs(p_W.x()) + std::abs(p_W.y());
+    ASSERT_EQ(seen.signals[1].values[k], p_W.y());
   }
   EXPECT_EQ(sum.Run(input, {}).loss, expected);
   EXPECT_TRUE(seen.Find("pea").moves);
