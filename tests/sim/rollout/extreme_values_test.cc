@@ -15,6 +15,7 @@
 #include "sim/scenarios/parse_scene.h"
 #include "sim/scenarios/scenario_paths.h"
 #include "sim/scenarios/units.h"
+#include "tests/sim/rollout/box_mesh.h"
 
 namespace knap {
 namespace {
@@ -188,27 +189,12 @@ success:
 controls: {actuators: [slider, hinge], interval: 8 ms, initial: 0.5}
 )";
 
-// A box, in millimetres; its vertices 4 to 7 (from 0) are those at x1.
-std::string MakeBoxObj(int x0, int x1, int y0, int y1, int z0, int z1) {
-  std::string text;
-  for (const int x : {x0, x1}) {
-    for (const auto& [y, z] : {std::pair{y0, z0}, {y1, z0}, {y1, z1}, {y0, z1}}) {
-      text += "v " + std::to_string(x) + " " + std::to_string(y) + " " + std::to_string(z) + "\n";
-    }
-  }
-  for (const char* face :
-       {"1 3 2", "1 4 3", "5 6 7", "5 7 8", "1 2 6", "1 6 5", "4 8 7", "4 7 3", "2 3 7", "2 7 6", "1 5 8", "1 8 4"}) {
-    text.append("f ").append(face).append("\n");
-  }
-  return text;
-}
-
 ParseResult Parse(const std::vector<std::string>& overrides) { return ParseScene(kScene, "f.yaml", overrides); }
 
 RolloutModel MakeModel(const Scene& scene) {
   return RolloutModel({{kScenarioFileName, DumpScene(scene)},
-                       {"box.obj", MakeBoxObj(-20, 20, -12, 0, 0, 20)},
-                       {"cage.obj", MakeBoxObj(-21, 21, -13, 1, -1, 21)}});
+                       {"box.obj", test::MakeBoxObj(-20, 20, -12, 0, 0, 20)},
+                       {"cage.obj", test::MakeBoxObj(-21, 21, -13, 1, -1, 21)}});
 }
 
 RolloutInput MakeInput(const RolloutModel& model, double value) {

@@ -378,6 +378,30 @@ TEST(CheckScene, MadeOfAContactIsOfAContact) {
                                         "cannot be observed\n");
 }
 
+// The longest of at most 4 ms of which every time that has to be a whole number of steps is one.
+TEST(CheckScene, AStepLeftOutFitsEveryTime) {
+  const auto choose = [](const std::string& since, const std::string& every, const std::string& at,
+                         const std::string& success_at) {
+    const std::string text =
+        EditScene(kPendulumYaml, kPendulumEnd,
+                  "rollout: {horizon: 1.2 s}\n"
+                  "signals: [{name: a, type: angle, joint: upper}, {name: d, type: drift, of: [upper], since: " +
+                      since + "}]\nloss: {task: [{signals: [a], when: {type: samples, every: " + every +
+                      ", from: 60 ms}}, {signals: [a], when: {type: at, time: " + at +
+                      "}}]}\nsuccess: {type: any, of: [{type: within, signals: [a], when: {type: at, time: " +
+                      success_at + "}}]}\n")
+            .text;
+    const ParseResult result = ParseScene(text, "f.yaml");
+    EXPECT_EQ(result.FormatErrors(), "");
+    return result.scene.rollout.step;
+  };
+  EXPECT_DOUBLE_EQ(choose("0 s", "60 ms", "0.6 s", "0.6 s"), 4e-3);
+  EXPECT_DOUBLE_EQ(choose("9 ms", "60 ms", "0.6 s", "0.6 s"), 3e-3);
+  EXPECT_DOUBLE_EQ(choose("0 s", "10 ms", "0.6 s", "0.6 s"), 10e-3 / 3);
+  EXPECT_DOUBLE_EQ(choose("0 s", "60 ms", "7 ms", "0.6 s"), 1e-3);
+  EXPECT_DOUBLE_EQ(choose("0 s", "60 ms", "0.6 s", "7.5 ms"), 3.75e-3);
+}
+
 TEST(CheckScene, ControlsAloneAreOptimisedByName) {
   const std::string driven =
       EditScene(kPendulumYaml, "damping: 0.1 N*m*s/rad", "@actuator: {type: force, limit: 1 N*m}").text;

@@ -182,8 +182,8 @@ loss:
       scale: 3 cm/s
     - {signals: [pea_x, pea_y], target: {type: signal, signal: goal}, shape: saturating, side: above, scale: 4 cm}
   distillation:
-    - {signals: [pea_x, pea_y], when: {type: samples, every: 20 ms, reduce: mean}, target: {type: reference}, scale: 1 cm,
-       weight: 5}
+    - {signals: [pea_x, pea_y], when: {type: samples, every: 20 ms, reduce: mean}, target: {type: reference},
+       scale: 1 cm, weight: 5}
     - signals: [rope_height]
       when: {type: samples, every: 40 ms, until: 0.5 s, reduce: largest}
       target: {type: reference}
@@ -196,7 +196,8 @@ success:
       of:
         - {type: within, signals: [rope_depth], above: 0 mm, when: {type: ever, from: 0.5 s, until: 0.7 s}}
         - {type: within, signals: [rope_force], below: 3 N, when: {type: always, from: 0.25 s, until: 0.8 s}}
-        - {type: within, signals: [away], below: 1 m, when: {type: lasting, duration: 0.1 s, from: 0.25 s, until: 0.9 s}}
+        - {type: within, signals: [away], below: 1 m,
+           when: {type: lasting, duration: 0.1 s, from: 0.25 s, until: 0.9 s}}
         - {type: within, signals: [clock], above: 0.5 s}
     - type: none
       of:
