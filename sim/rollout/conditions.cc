@@ -23,7 +23,10 @@ class WithinEvaluation {
         Overloaded{[&](const AtEnd&) { return IsTrueAt(watched_.track.last_state()); },
                    [&](const AtTime& at) { return IsTrueAt(watched_.track.FindState(at.time)); },
                    [&](const Ever& w) { return FindLongest(w.from, w.until).any; },
-                   [&](const Always& w) { return FindLongest(w.from, w.until).all; },
+                   [&](const Always& w) {
+                     const Span span = FindLongest(w.from, w.until);
+                     return span.any && span.all;  // of no state nothing is known
+                   },
                    [&](const Lasting& w) { return FindLongest(w.from, w.until).longest >= w.duration - kRounding; },
                    [&](const WhenCrossing& w) { return IsTrueAtCrossing(w.crossing); }},
         within_.when);

@@ -81,7 +81,6 @@ class ObjectiveChecker {
                           [&](const DepthSignal& s) { CheckPair(s.bodies, path); },
                           [&](const ForceSignal& s) { CheckPair(s.bodies, path); },
                           [&](const CommandSignal& s) { CheckCommand(s, path); },
-                          [&](const NumberSignal& s) { CheckNumber(s, path); },
                           [&](const DifferenceSignal& s) {
                             if (s.of.size() > 2) Report({path + ".of"}, "a difference is of two signals");
                             CheckParts(s.of, signal.name, path);
@@ -143,12 +142,6 @@ class ObjectiveChecker {
     Report({path + ".actuator"}, "neither controls nor a policy drive this body's joint");
   }
 
-  void CheckNumber(const NumberSignal& signal, const std::string& path) {
-    if (signal.key.starts_with("loss") || signal.key.starts_with("success")) {
-      Report({path + ".key"}, "numbers of the loss and of success cannot be watched; make the goal a part of a signal");
-    }
-  }
-
   void CheckParts(const std::vector<std::string>& of, const std::string& name, const std::string& path) {
     const auto end = std::find_if(scene_.signals.begin(), scene_.signals.end(),
                                   [&](const Signal& signal) { return signal.name == name; });
@@ -168,16 +161,17 @@ class ObjectiveChecker {
 
   // Of one unit. A list with an unknown name has been reported.
   void CheckSignals(const std::vector<std::string>& names, const std::string& path) {
-    std::optional<Dimension> first;
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      const std::optional<Dimension> dimension = dimensions_.Find(names[i]);
-      if (!dimension) continue;
-      if (!first) first = dimension;
-      if (*dimension == *first) continue;
-      Report({fmt::format("{}[{}]", path, i), path},
-             fmt::format("'{}' is in {} and '{}' in {}; they must have one unit", names[i], DescribeUnit(*dimension),
-                         names[0], DescribeUnit(*first)));
+    for (std::size_t i = 1; i < names.size(); ++i) {
+      CheckUnit(names[i], names[0], {fmt::format("{}[{}]", path, i), path});
     }
+  }
+
+  void CheckUnit(const std::string& name, const std::string& first, const std::vector<std::string>& paths) {
+    const std::optional<Dimension> dimension = dimensions_.Find(name);
+    const std::optional<Dimension> wanted = dimensions_.Find(first);
+    if (!dimension || !wanted || *dimension == *wanted) return;
+    Report(paths, fmt::format("'{}' is in {} and '{}' in {}; they must have one unit", name, DescribeUnit(*dimension),
+                              first, DescribeUnit(*wanted)));
   }
 
   static std::string DescribeUnit(const Dimension& dimension) {
@@ -192,7 +186,7 @@ class ObjectiveChecker {
     }
     if (const auto* target = std::get_if<SignalTarget>(&term.target)) {
       RefuseContacts(target->signal, path + ".target.signal");
-      if (!term.signals.empty()) CheckSignals({term.signals[0], target->signal}, path + ".target.signal");
+      if (!term.signals.empty()) CheckUnit(target->signal, term.signals[0], {path + ".target.signal"});
     }
     if (const auto* crossing = std::get_if<AtCrossing>(&term.when)) {
       RefuseContacts(crossing->crossing.signal, path + ".when.signal");
@@ -202,7 +196,7 @@ class ObjectiveChecker {
     if (refers && !distils) {
       Report({path + ".target.type"}, "the reference trajectory is known in loss.distillation alone");
     }
-    if (refers && std::holds_alternative<AtCrossing>(term.when)) {
+    if (refers && distils && std::holds_alternative<AtCrossing>(term.when)) {
       Report({path + ".when.type"}, "the reference trajectory is known at the end, at a time and over samples");
     }
   }
@@ -350,7 +344,7 @@ class NumberChecker {
                           [&](const Always& w) { CheckSpan(w.from, w.until, when); },
                           [&](const Lasting& w) {
                             const double end = CheckSpan(w.from, w.until, when);
-                            if (w.duration <= end - w.from) return;
+                            if (w.duration <= (end - w.from) * (1.0 + kDecimalRoundOff)) return;
                             Report({when + ".duration"},
                                    fmt::format("must fit into the span, {}", FormatQuantity(end - w.from, kTime)));
                           },

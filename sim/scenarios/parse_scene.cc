@@ -348,6 +348,11 @@ class SceneReader final : public FieldVisitor {
             "success may");
       return;
     }
+    // They are read after the signals.
+    if (path_.starts_with("signals.") && (key.starts_with("loss.") || key.starts_with("success."))) {
+      Fail("numbers of the loss and of success cannot be watched; make the goal a part of a signal");
+      return;
+    }
     // "bodies.pea.initial.position[0]" cannot be found when the pea's joint is wrong: one error is enough.
     const std::size_t element = key.find('.', key.find('.') == key.npos ? 0 : key.find('.') + 1);
     if (log_.HasFailedNear(key.substr(0, element))) return;

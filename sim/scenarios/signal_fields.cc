@@ -160,30 +160,34 @@ SignalDimensions::SignalDimensions(Scene& scene) {
   std::vector<NumericKey> keys;  // walked for where there is a number
   for (const Signal& signal : scene.signals) {
     const auto add = [&](const Dimension& dimension) { dimensions_.try_emplace(signal.name, dimension); };
-    std::visit(Overloaded{[&](const AngleSignal&) { add(kAngle); }, [&](const RateSignal&) { add(kAngularSpeed); },
-                          [&](const SpeedSignal&) { add(kSpeed); }, [&](const VelocitySignal&) { add(kSpeed); },
-                          [&](const DirectionSignal&) { add(kDimensionless); },
-                          [&](const AngularVelocitySignal&) { add(kAngularSpeed); },
-                          [&](const ForceSignal&) { add(kForceDimension); },
-                          [&](const CommandSignal&) { add(kDimensionless); }, [&](const TimeSignal&) { add(kTime); },
-                          [&](const NumberSignal& s) {
-                            if (keys.empty()) keys = ListWorldKeys(scene);
-                            const auto found = std::find_if(keys.begin(), keys.end(),
-                                                            [&](const NumericKey& k) { return k.path == s.key; });
-                            if (found != keys.end()) add(found->dimension);
-                          },
-                          [&](const auto& s) {
-                            // Of signals; what is left of others is a length.
-                            using Kind = std::decay_t<decltype(s)>;
-                            if constexpr (std::is_same_v<Kind, DifferenceSignal> || std::is_same_v<Kind, NormSignal> ||
-                                          std::is_same_v<Kind, LeastSignal> || std::is_same_v<Kind, LargestSignal>) {
-                              const std::optional<Dimension> first = s.of.empty() ? std::nullopt : Find(s.of.front());
-                              if (first) add(*first);
-                            } else {
-                              add(kLength);
-                            }
-                          }},
-               signal.kind);
+    std::visit(
+        Overloaded{[&](const AngleSignal& s) {
+                     // Also what stands in the place of a kind that could not be read, and then without a joint.
+                     if (!s.joint.empty()) add(kAngle);
+                   },
+                   [&](const RateSignal&) { add(kAngularSpeed); }, [&](const SpeedSignal&) { add(kSpeed); },
+                   [&](const VelocitySignal&) { add(kSpeed); }, [&](const DirectionSignal&) { add(kDimensionless); },
+                   [&](const AngularVelocitySignal&) { add(kAngularSpeed); },
+                   [&](const ForceSignal&) { add(kForceDimension); },
+                   [&](const CommandSignal&) { add(kDimensionless); }, [&](const TimeSignal&) { add(kTime); },
+                   [&](const NumberSignal& s) {
+                     if (keys.empty()) keys = ListWorldKeys(scene);
+                     const auto found =
+                         std::find_if(keys.begin(), keys.end(), [&](const NumericKey& k) { return k.path == s.key; });
+                     if (found != keys.end()) add(found->dimension);
+                   },
+                   [&](const auto& s) {
+                     // Of signals; what is left of others is a length.
+                     using Kind = std::decay_t<decltype(s)>;
+                     if constexpr (std::is_same_v<Kind, DifferenceSignal> || std::is_same_v<Kind, NormSignal> ||
+                                   std::is_same_v<Kind, LeastSignal> || std::is_same_v<Kind, LargestSignal>) {
+                       const std::optional<Dimension> first = s.of.empty() ? std::nullopt : Find(s.of.front());
+                       if (first) add(*first);
+                     } else {
+                       add(kLength);
+                     }
+                   }},
+        signal.kind);
   }
 }
 

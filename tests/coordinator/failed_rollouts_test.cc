@@ -31,16 +31,19 @@ bodies:
               moments: [0.01 kg*m^2, 0.01 kg*m^2, 0.01 kg*m^2]}
 rollout: {horizon: 40 ms, step: 10 ms}
 controls: {actuators: [arm], interval: 20 ms}
+signals:
+  - {name: goal_away, type: distance, body: arm, targets: [{position: [1 m, 0 m, 0 m]}]}
+  - {name: tip_away, type: distance, body: arm, point: [1 m, 0 m, 0 m], targets: [{position: [1 m, 0 m, 1 m]}]}
+  - {name: x, type: position, body: arm, axis: x}
+  - {name: y, type: position, body: arm, axis: y}
 loss:
   task:
-    - {type: point_target, body: arm, point: [0 m, 0 m, 0 m], sample_period: 40 ms,
-       targets: [{from: 0 s, position: [1 m, 0 m, 0 m]}]}
-    - {type: point_target, body: arm, point: [1 m, 0 m, 0 m], sample_period: 40 ms,
-       targets: [{from: 0 s, position: [1 m, 0 m, 1 m]}]}
-success: {type: crosses_opening, body: arm, axis: y, at: 1 m, opening_axis: x, opening_half_width: 1 m}
+    - {signals: [goal_away], shape: absolute}
+    - {signals: [tip_away], shape: absolute}
+success: {type: within, signals: [x], above: -1 m, below: 1 m, when: {type: crossing, signal: y, at: 1 m}}
 variation:
   - {key: "bodies.arm.initial.rate", distribution: uniform, lower: 0 rad/s, upper: 1e15 rad/s}
-  - {key: "loss.task[0].targets[0].position[0]", distribution: uniform, lower: 1 m, upper: 9 m}
+  - {key: "signals.goal_away.targets[0].position[0]", distribution: uniform, lower: 1 m, upper: 9 m}
 learning: {method: diffhand, optimize: [control]}
 )";
 

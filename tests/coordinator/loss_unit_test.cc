@@ -7,14 +7,21 @@
 namespace knap {
 namespace {
 
+Term MakeTerm(const std::string& signal, TermShape shape = TermShape::kSquare) {
+  Term term;
+  term.signals = {signal};
+  term.shape = shape;
+  return term;
+}
+
 std::string FormatUnitOf(const char* config, std::vector<std::string> overrides = {}) {
   return FormatLossUnit(LoadValidScenario(std::string(KNAP_SOURCE_DIR "/configs/") + config, overrides).parsed.scene);
 }
 
 TEST(LossUnitTest, SquaresOfLengthsHaveASquareUnit) {
   EXPECT_EQ(FormatUnitOf("pushing.yaml"), " m²");
-  EXPECT_EQ(FormatUnitOf("pushing.yaml", {"loss.task[0].length_unit=1 mm"}), " mm²");
-  EXPECT_EQ(FormatUnitOf("pushing.yaml", {"loss.task[0].length_unit=30 mm"}), " (0.03 m)²");
+  EXPECT_EQ(FormatUnitOf("pushing.yaml", {"loss.task[0].scale=1 mm"}), " mm²");
+  EXPECT_EQ(FormatUnitOf("pushing.yaml", {"loss.task[0].scale=30 mm"}), " (0.03 m)²");
 }
 
 TEST(LossUnitTest, TermsOfSeveralKindsNameTheLength) {
@@ -24,14 +31,28 @@ TEST(LossUnitTest, TermsOfSeveralKindsNameTheLength) {
 TEST(LossUnitTest, WithoutAOneLengthThereIsNone) {
   Scene scene;
   EXPECT_EQ(FormatLossUnit(scene), "");
-  scene.loss.task = {ControlCostLoss{}};
+  scene.signals = {{"u", CommandSignal{}}, {"away", DistanceSignal{}}, {"x", PositionSignal{}}};
+  scene.loss.task = {MakeTerm("u")};
   EXPECT_EQ(FormatLossUnit(scene), "");
-  scene.loss.task = {PointTargetLoss{}, CrossingLoss{}};
+  scene.loss.task = {MakeTerm("away", TermShape::kAbsolute), MakeTerm("x")};
   EXPECT_EQ(FormatLossUnit(scene), " (lengths in m)");
-  std::get<PointTargetLoss>(scene.loss.task[0]).length_unit = 0.01;
+  scene.loss.task[0].scale = 0.01;
   EXPECT_EQ(FormatLossUnit(scene), "");
   scene.loss.task.pop_back();
   EXPECT_EQ(FormatLossUnit(scene), " cm");
+}
+
+TEST(LossUnitTest, OtherUnitsThanLengthsCountToo) {
+  Scene scene;
+  scene.signals = {{"spin", AngularVelocitySignal{}}, {"away", DistanceSignal{}}};
+  scene.loss.task = {MakeTerm("spin")};
+  EXPECT_EQ(FormatLossUnit(scene), " rad/s²");
+  scene.loss.task.push_back(MakeTerm("spin", TermShape::kLog));
+  EXPECT_EQ(FormatLossUnit(scene), " (counted in rad/s)");
+  scene.loss.task.push_back(MakeTerm("away"));
+  EXPECT_EQ(FormatLossUnit(scene), "");
+  scene.loss.task = {MakeTerm("away", TermShape::kSaturating)};
+  EXPECT_EQ(FormatLossUnit(scene), "");
 }
 
 }  // namespace

@@ -24,6 +24,7 @@ Recording MakeRecording() {
   }
   recording.bodies.push_back(body);
   recording.joints.push_back({"arm", "rad", {3.0, 3.2, 3.4}});
+  recording.signals.push_back({"tip_speed", "m/s", {0.5, -0.25, 1e-7}});
   const Vector3d nowhere = Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
   recording.contacts.push_back({{"arm", "floor"},
                                 {Vector3d::Zero(), Vector3d(0.0, 0.0, 2.0), Vector3d::Zero()},
@@ -45,6 +46,8 @@ TEST(TrajectoryFile, CsvHoldsAllOfIt) {
     EXPECT_GT(table.GetNumber(k, "arm.joint"), before);
     before = table.GetNumber(k, "arm.joint");
   }
+  EXPECT_EQ(table.GetNumber(1, "signal.tip_speed"), -0.25);
+  EXPECT_EQ(table.GetNumber(2, "signal.tip_speed"), 1e-7);
   EXPECT_EQ(table.GetNumber(1, "arm|floor.fz"), 2.0);
   EXPECT_EQ(table.GetNumber(1, "arm|floor.py"), 2.0);
   EXPECT_EQ(table.GetNumber(1, "arm|floor.depth"), 1e-5);
@@ -58,6 +61,8 @@ TEST(TrajectoryFile, JsonHoldsTheSame) {
   EXPECT_EQ(json["bodies"]["arm"]["position"][2][0], 0.2);
   EXPECT_NEAR(json["bodies"]["arm"]["orientation_wxyz"][2][3], std::sin(1.7), 1e-12);
   EXPECT_EQ(json["joints"]["arm"]["unit"], "rad");
+  EXPECT_EQ(json["signals"]["tip_speed"]["unit"], "m/s");
+  EXPECT_EQ(json["signals"]["tip_speed"]["values"][1], -0.25);
   EXPECT_EQ(json["contacts"][0]["between"][1], "floor");
   EXPECT_TRUE(json["contacts"][0]["place"][0].is_null());
   EXPECT_EQ(json["contacts"][0]["force"][1][2], 2.0);

@@ -145,9 +145,10 @@ rollout: {horizon: 1 s, step: 5 ms}
 policy:
   actuators: [crank]
   interval: 50 ms
-  observations: [{type: angle, joint: crank}, {type: rate, joint: crank}]
+  observations: [{signal: angle}, {signal: rate}]
   hidden: []
   initial: {type: file, file: weights.txt}
+signals: [{name: angle, type: angle, joint: crank}, {name: rate, type: rate, joint: crank}]
 learning: {method: diffhand, optimize: [policy]}
 )";
   std::ofstream(folder_ / "weights.txt") << "0.5 -0.25\n0.125\n";

@@ -73,6 +73,7 @@ TEST(Conditions, EverAlwaysAndForADuration) {
   EXPECT_TRUE(Succeeds(s("above: -1 mm, below: 41 mm, when: {type: always}")));
   EXPECT_FALSE(Succeeds(s("below: 39 mm, when: {type: always}")));
   EXPECT_TRUE(Succeeds(s("below: 39 mm, when: {type: always, from: 450 ms, until: 750 ms}")));
+  EXPECT_FALSE(Succeeds(s("below: 50 mm, when: {type: always, from: 452 ms, until: 458 ms}"), "bdf1"));  // no state
   // Above 39 mm for somewhat more than the 200 ms that it stands there.
   EXPECT_TRUE(Succeeds(s("above: 39 mm, when: {type: lasting, duration: 200 ms}")));
   EXPECT_FALSE(Succeeds(s("above: 39 mm, when: {type: lasting, duration: 300 ms}")));

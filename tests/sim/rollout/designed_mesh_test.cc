@@ -35,12 +35,17 @@ RolloutInput MakeInput(const RolloutModel& model) {
   return input;
 }
 
+// Where a body's origin is at the end.
+Eigen::Vector3d RecordEnd(RolloutModel* model, const std::string& body) {
+  return model->Record(MakeInput(*model), 0.0).recording.Find(body).X_WB.back().p;
+}
+
 // [g], of the tool in weighed.yaml with another mesh.
 double Weigh(const std::string& mesh) {
   const LoadedScenario scenario = Load("weighed.yaml", {"design.bodies.tool.mesh=" + mesh});
   EXPECT_EQ(scenario.parsed.FormatErrors(), "");
   RolloutModel model(scenario.files);
-  return -1000.0 * model.Trace(MakeInput(model), "tool").p_W.back().z() * 100.0 / 10.0;
+  return -1000.0 * RecordEnd(&model, "tool").z() * 100.0 / 10.0;
 }
 
 // After 1 s the motion has decayed by e^-50 or more.
@@ -75,9 +80,9 @@ TEST(DesignedMesh, AConcaveFaceWithCornersInLineIsWhatItsTrianglesAre) {
   EXPECT_NEAR(1e9 * CalcSignedVolume(mesh), 552 * 8, 1e-9);
 
   // A triangle over the notch would hold the ball above 8 mm.
-  const BodyPath path = of_polygons.Trace(MakeInput(of_polygons), "ball");
-  EXPECT_EQ(path.p_W.back(), of_triangles.Trace(MakeInput(of_triangles), "ball").p_W.back());
-  EXPECT_NEAR(path.p_W.back().z(), 0.020 - 0.5 * 9.81 * 0.1 * 0.1,
+  const Eigen::Vector3d end = RecordEnd(&of_polygons, "ball");
+  EXPECT_EQ(end, RecordEnd(&of_triangles, "ball"));
+  EXPECT_NEAR(end.z(), 0.020 - 0.5 * 9.81 * 0.1 * 0.1,
               9.81 * 0.1 * 0.002);  // of the first order in the step
 }
 
@@ -105,7 +110,7 @@ TEST(DesignedMesh, ADesignThatTurnsTheToolInsideOutIsAnOutcome) {
   EXPECT_TRUE(std::isnan(out.loss));
   ASSERT_EQ(out.gradient.size(), 1);  // whoever asked for one counts its values
   EXPECT_TRUE(std::isnan(out.gradient(0)));
-  EXPECT_THROW(model.Trace(bad, "tool"), std::invalid_argument);
+  EXPECT_THROW(model.Record(bad, 0.0), std::invalid_argument);
   EXPECT_THROW(WriteStl(model.design()->Find("tool")->CalcMesh(bad.theta)), std::runtime_error);
 
   RolloutInput against_bad = good;

@@ -55,6 +55,13 @@ TEST(FixedMesh, WeighsWhatItsPrismWeighs) {
   expect("heavy", 0.005, 2.0);
 }
 
+std::vector<Vector3d> RecordPath(RolloutModel* model, const std::string& body) {
+  const Recording recording = model->Record({}, 0.0).recording;
+  std::vector<Vector3d> p_W;
+  for (const Pose& X_WB : recording.Find(body).X_WB) p_W.push_back(X_WB.p);
+  return p_W;
+}
+
 // A cube that falls on a corner of its own onto another body: its path.
 std::vector<Vector3d> DropCube(const std::string& shape, const std::string& other, double other_z) {
   const std::string text =
@@ -75,7 +82,8 @@ std::vector<Vector3d> DropCube(const std::string& shape, const std::string& othe
   };
   add("cube.obj", test::MakeBoxMesh(Vector3d::Constant(0.01), Vector3d::Zero()));
   add("pyramid.obj", test::MakePyramid());
-  return RolloutModel(files).Trace({}, "cube").p_W;
+  RolloutModel model(files);
+  return RecordPath(&model, "cube");
 }
 
 TEST(FixedMesh, ACubeOfTrianglesMovesAsABoxDoes) {
@@ -132,14 +140,14 @@ TEST(FixedMesh, ABallRollsDownATroughToItsWall) {
   const Vector3d along(std::cos(slope), 0.0, -std::sin(slope));
   const Vector3d up(std::sin(slope), 0.0, std::cos(slope));
   RolloutModel rolling(Load("trough.yaml").files);
-  const Vector3d after = rolling.Trace({}, "ball").p_W.back();
+  const Vector3d after = RecordPath(&rolling, "ball").back();
   // 5/7 g sin(slope); it sinks in by 8 um.
   const double way = 0.5 * 5.0 / 7.0 * g * std::sin(slope) * 0.5 * 0.5;
   EXPECT_NEAR(after.dot(along), 0.050 + way, 0.005 * way);
   EXPECT_NEAR(after.dot(up), 0.007, 5e-5);
 
   RolloutModel resting(Load("trough.yaml", {"rollout.horizon=4 s"}).files);
-  const Vector3d end = resting.Trace({}, "ball").p_W.back();
+  const Vector3d end = RecordPath(&resting, "ball").back();
   EXPECT_NEAR(end.dot(along), 0.193, 5e-5);
   EXPECT_NEAR(end.dot(up), 0.007, 5e-5);
 }
@@ -173,9 +181,9 @@ design:
         - {parameter: width, group: right, direction: [1, 0, 0]}
         - {parameter: slant, group: lower_right, direction: [0, 0, 1]}
 rollout: {horizon: 60 ms, step: 1 ms, integrator: bdf2, newton_tolerance: 1e-12}
-loss:
-  task: [{type: point_target, body: tool, point: [6 mm, 1 mm, 0 mm], targets: [{from: 0 s, position: [0 m, 0 m, 0 m]}],
-          sample_period: 60 ms}]
+signals:
+  - {name: off, type: distance, body: tool, point: [6 mm, 1 mm, 0 mm], targets: [{position: [0 m, 0 m, 0 m]}]}
+loss: {task: [{signals: [off], shape: absolute}]}
 )";
   const Vector3d center(-0.006, 0.0, 0.005);
   RolloutModel model({{kScenarioFileName, text},

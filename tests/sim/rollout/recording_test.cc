@@ -41,10 +41,23 @@ TEST(RecordingTest, IsOfTheSameRollout) {
   EXPECT_EQ(std::bit_cast<std::uint64_t>(recorded.output.loss), std::bit_cast<std::uint64_t>(run.loss));
   EXPECT_EQ(recorded.output.success, run.success);
   const Recording& seen = recorded.recording;
-  const BodyPath path = model.Trace(input, "pea");
   ASSERT_EQ(seen.time.size(), static_cast<std::size_t>(run.steps) + 1);
-  EXPECT_EQ(seen.time, path.time);
-  for (std::size_t k = 0; k < seen.time.size(); ++k) ASSERT_EQ(seen.Find("pea").X_WB[k].p, path.p_W[k]);
+  // What the loss sees of the pea at each state.
+  const double step = model.scene().rollout.step;
+  for (std::size_t k = 0; k < seen.time.size(); ++k) ASSERT_NEAR(seen.time[k], step * static_cast<double>(k), 1e-12);
+  RolloutModel sum = Load("pushing.yaml", {"loss.task=[{signals: [pea_x, pea_y], when: {type: samples, every: " +
+                                           std::to_string(step) + " s}, shape: absolute}]"});
+  ASSERT_EQ(seen.signals.size(), 2U);
+  EXPECT_EQ(seen.signals[1].name, "pea_y");
+  EXPECT_EQ(seen.signals[1].unit, "m");
+  ASSERT_EQ(seen.signals[1].values.size(), seen.time.size());
+  double expected = 0.0;
+  for (std::size_t k = 1; k < seen.time.size(); ++k) {
+    const Vector3d& p_W = seen.Find("pea").X_WB[k].p;
+    expected += std::abs(p_W.x()) + std::abs(p_W.y());
+    ASSERT_EQ(seen.signals[1].values[k], p_W.y());
+  }
+  EXPECT_EQ(sum.Run(input, {}).loss, expected);
   EXPECT_TRUE(seen.Find("pea").moves);
   EXPECT_TRUE(seen.Find("pusher").moves);
   EXPECT_FALSE(seen.Find("table").moves);
@@ -83,8 +96,8 @@ TEST(RecordingTest, ForcesAreThoseOfTheContacts) {
 }
 
 TEST(RecordingTest, APeriodThinsOutWithoutChangingAnything) {
-  RolloutModel model =
-      Load("winding.yaml", {"rollout.horizon=0.2 s", "loss.task[0].until=0.2 s", "loss.distillation[0].until=0.2 s"});
+  RolloutModel model = Load("winding.yaml", {"rollout.horizon=0.2 s", "loss.task[0].when.until=0.2 s",
+                                             "loss.distillation[0].when.until=0.2 s", "success.of[1].when.from=0.1 s"});
   std::vector<double> variation;
   for (std::size_t i = 0; i < model.scene().variation.size(); ++i) variation.push_back(0.1);
   const RolloutInput input = MakeInput(model, variation);

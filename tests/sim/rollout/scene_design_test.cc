@@ -77,13 +77,17 @@ design:
 controls: {actuators: [hand, arm], interval: 50 ms, initial: 0, lower: -2, upper: 2}
 # Fixed steps: differences over chosen ones jump.
 rollout: {horizon: 0.2 s, step: 1 ms, integrator: bdf2, newton_tolerance: 1e-13}
+signals:
+  - {name: u_hand, type: command, actuator: hand}
+  - {name: u_arm, type: command, actuator: arm}
+  - {name: hand_error, type: distance, body: hand, point: [20 mm, 0 mm, 4 mm],
+     targets: [{position: [5 cm, 1 cm, 2 cm]}, {after: 90 ms, position: [4 cm, 0 cm, 3 cm]}]}
+  - {name: ball_error, type: distance, body: ball, targets: [{position: [9 cm, 0 cm, -2 cm]}]}
 loss:
   task:
-    - {type: control_cost, weight: 0.02}
-    - {type: point_target, body: hand, point: [20 mm, 0 mm, 4 mm], sample_period: 20 ms, length_unit: 1 cm,
-       targets: [{from: 0 s, position: [5 cm, 1 cm, 2 cm]}, {from: 70 ms, position: [4 cm, 0 cm, 3 cm]}]}
-    - {type: point_target, body: ball, sample_period: 50 ms, weight: 3, length_unit: 1 cm,
-       targets: [{from: 0 s, position: [9 cm, 0 cm, -2 cm]}]}
+    - {signals: [u_hand, u_arm], when: {type: samples, every: 50 ms}, weight: 0.02}
+    - {signals: [hand_error], when: {type: samples, every: 20 ms}, shape: absolute, scale: 1 cm}
+    - {signals: [ball_error], when: {type: samples, every: 50 ms}, shape: absolute, scale: 1 cm, weight: 3}
 )";
 
 constexpr char kTouching[] =
@@ -94,19 +98,29 @@ constexpr char kTouching[] =
 
 // The hand in a closed loop, beside the arm's open-loop controls. It sees points that move with the meshes, and the
 // ball from the hand.
+constexpr char kSeen[] = R"(signals:
+  - {name: arm_angle, type: angle, joint: arm}
+  - {name: hand_rate, type: rate, joint: hand}
+  - {name: hand_z, type: position, body: hand, point: [20 mm, 0 mm, 4 mm], axis: z}
+  - {name: ball_seen, type: position, body: ball, in: hand, axis: x}
+  - {name: hand_speed, type: velocity, body: hand, point: [20 mm, 0 mm, 4 mm], axis: z}
+  - {name: ball_tilt, type: direction, body: ball, of: x, in: hand, axis: z}
+  - {name: ball_spin, type: angular_velocity, body: ball, axis: y}
+  - {name: clock, type: time}
+)";
 constexpr char kControls[] = "controls: {actuators: [hand, arm], interval";
 constexpr char kLoop[] = R"(policy:
   actuators: [hand]
   interval: 50 ms
   observations:
-    - {type: angle, joint: arm, offset: 3 deg}
-    - {type: rate, joint: hand, scale: 5 rad/s}
-    - {type: position, body: hand, point: [20 mm, 0 mm, 4 mm], axis: z, scale: 2 cm}
-    - {type: position, body: ball, in: hand, axis: x, scale: 2 cm}
-    - {type: velocity, body: hand, point: [20 mm, 0 mm, 4 mm], axis: z, scale: 50 cm/s}
-    - {type: direction, body: ball, of: x, in: hand, axis: z}
-    - {type: angular_velocity, body: ball, axis: y, offset: 5 rad/s, scale: 20 rad/s}
-    - {type: time, offset: 0.1 s, scale: 0.1 s}
+    - {signal: arm_angle, offset: 3 deg}
+    - {signal: hand_rate, scale: 5 rad/s}
+    - {signal: hand_z, scale: 2 cm}
+    - {signal: ball_seen, scale: 2 cm}
+    - {signal: hand_speed, scale: 50 cm/s}
+    - {signal: ball_tilt}
+    - {signal: ball_spin, offset: 5 rad/s, scale: 20 rad/s}
+    - {signal: clock, offset: 0.1 s, scale: 0.1 s}
   hidden: [3]
   initial: {type: random}
   lower: -2
@@ -124,7 +138,11 @@ Files MakeFiles(bool touching, bool closed_loop = false) {
   std::string text = kArm;
   const std::string mark = "contacts:\nCONTACTS\n";
   text.replace(text.find(mark), mark.size(), touching ? "contacts:\n" + std::string(kTouching) : "");
-  if (closed_loop) text.replace(text.find(kControls), std::string(kControls).size(), kLoop);
+  if (closed_loop) {
+    text.replace(text.find(kControls), std::string(kControls).size(), kLoop);
+    const std::string signals = "signals:\n";
+    text.replace(text.find(signals), signals.size(), kSeen);
+  }
   Files files{{kScenarioFileName, text}};
   for (const char* name : {"finger_phalanx", "finger_phalanx_cage", "finger_tip", "finger_tip_cage"}) {
     const std::string path = std::string("meshes/") + name + ".obj";
@@ -139,16 +157,16 @@ TEST(SceneDesign, WhatHangsOnABodyMovesWithItsMesh) {
   const Files files = MakeFiles(true);
   Scene scene = ParseScenarioFiles(files);
   const SceneDesign design(scene, files);
-  const Vector3d before = std::get<PointTargetLoss>(scene.loss.task[1]).point;
+  const Vector3d before = std::get<DistanceSignal>(scene.signals[2].kind).point;
   design.MoveAttachments(kTheta, &scene);
   // The arm's end has moved by 4.6 mm, and with it the joint, 1.6 mm beyond it; the ball hangs on nothing.
   EXPECT_LT((scene.bodies[2].joint.position - Vector3d(0.0296, 0.0, 0.0)).norm(), 1e-15);
   EXPECT_EQ(scene.bodies[1].joint.position, Vector3d::Zero());
-  const Vector3d after = std::get<PointTargetLoss>(scene.loss.task[1]).point;
+  const Vector3d after = std::get<DistanceSignal>(scene.signals[2].kind).point;
   // Near the end of the hand, whose length grows by 30% and whose height shrinks by 10% there.
   EXPECT_NEAR(after.x() - before.x(), 0.3 * before.x(), 1e-12);
   EXPECT_LT(after.z(), before.z());
-  EXPECT_EQ(std::get<PointTargetLoss>(scene.loss.task[2]).point, Vector3d::Zero());
+  EXPECT_EQ(std::get<DistanceSignal>(scene.signals[3].kind).point, Vector3d::Zero());
 }
 
 TEST(SceneDesign, MassAndInertiaAreThoseOfTheMesh) {

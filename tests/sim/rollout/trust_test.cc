@@ -29,8 +29,10 @@ RolloutOutput ThrowAtPlate(double speed, const std::string& stiffness, const std
       "rollout: {" +
       rollout +
       "}\n"
-      "loss: {task: [{type: crossing, body: ball, axis: y, at: 20 mm, opening_axis: x, opening_half_width: 50 mm}]}\n"
-      "success: {type: crosses_opening, body: ball, axis: y, at: 20 mm, opening_axis: x, opening_half_width: 50 mm}\n"
+      "signals: [{name: x, type: position, body: ball, axis: x}, {name: y, type: position, body: ball, axis: y}]\n"
+      "loss: {task: [{signals: [x], when: {type: crossing, signal: y, at: 20 mm}, margin: 50 mm}]}\n"
+      "success: {type: within, signals: [x], above: -50 mm, below: 50 mm, when: {type: crossing, signal: y, at: 20 "
+      "mm}}\n"
       "learning: {variations: 1, batch: 1}\n" +
       more;
   RolloutModel model({{kScenarioFileName, text}});

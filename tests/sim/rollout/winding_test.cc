@@ -7,7 +7,6 @@
 #include <numbers>
 #include <random>
 
-#include "sim/rollout/height_loss.h"
 #include "sim/scenarios/apply_variation.h"
 #include "tests/sim/rollout/winding_scene.h"
 
@@ -114,8 +113,9 @@ TEST(Winding, APrismLosesTheRopeAlongItsAxisAndWideEndsHoldIt) {
 
 TEST(Winding, GradientsEqualDifferences) {
   // Long enough for the rope to have fallen onto the spool and to slide.
-  RolloutModel rollout = LoadWinding({"rollout.horizon=0.1 s", "loss.task[0].until=0.1 s",
-                                      "loss.distillation[0].until=0.1 s", "rollout.newton_tolerance=1e-12"});
+  RolloutModel rollout =
+      LoadWinding({"rollout.horizon=0.1 s", "loss.task[0].when.until=0.1 s", "loss.distillation[0].when.until=0.1 s",
+                   "success.of[1].when.from=0 s", "rollout.newton_tolerance=1e-12"});
   RolloutInput input;
   input.variation = {0.7, -0.6};
   input.theta = MakeTheta(rollout, 0.07);
@@ -127,9 +127,10 @@ TEST(Winding, GradientsEqualDifferences) {
 // Whether a step is cut hangs on the design, and with it the loss: the certificate says that this gradient is doubtful.
 TEST(Winding, AGradientAcrossACutStepIsNotSmooth) {
   for (const bool few : {false, true}) {
-    RolloutModel rollout = LoadWinding({"rollout.horizon=0.1 s", "loss.task[0].until=0.1 s",
-                                        "loss.distillation[0].until=0.1 s", "rollout.newton_tolerance=1e-12",
-                                        few ? "rollout.newton_max_iterations=1" : "rollout.newton_max_iterations=30"});
+    RolloutModel rollout =
+        LoadWinding({"rollout.horizon=0.1 s", "loss.task[0].when.until=0.1 s", "loss.distillation[0].when.until=0.1 s",
+                     "success.of[1].when.from=0 s", "rollout.newton_tolerance=1e-12",
+                     few ? "rollout.newton_max_iterations=1" : "rollout.newton_max_iterations=30"});
     RolloutInput input;
     input.variation = {0.7, -0.6};
     input.theta = MakeTheta(rollout, 0.07);

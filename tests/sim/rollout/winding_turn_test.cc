@@ -7,7 +7,6 @@
 #include <numbers>
 #include <vector>
 
-#include "sim/rollout/height_loss.h"
 #include "sim/scenarios/apply_variation.h"
 #include "tests/sim/rollout/winding_scene.h"
 
@@ -42,8 +41,9 @@ Winding MeasureWinding(const SceneModel& model, const Dynamics& dynamics, double
 }
 
 TEST(WindingTurn, TheGripperWindsTheRopeWhereverDownIs) {
-  const RolloutModel rollout =
-      test::LoadConfig("winding_turn.yaml", {"rollout.horizon=3.2 s", "loss.task=[]", "loss.distillation=[]"});
+  const RolloutModel rollout = test::LoadConfig(
+      "winding_turn.yaml",
+      {"rollout.horizon=3.2 s", "loss.task=[]", "loss.distillation=[]", "success.of[1].when.from=3.1 s"});
   const double pitch = rollout.scene().ropes[0].pitch;
   for (const auto& [azimuth, rise] : std::vector<std::pair<double, double>>{{0.0, -1.0}, {0.0, 0.0}, {3.6, 0.5}}) {
     Scene scene = rollout.scene();
@@ -86,8 +86,9 @@ TEST(WindingTurn, SuccessTellsAHeldRopeFromADroppedOne) {
 // In the middle of this one, 0.07 s after the release, Newton's method once found a root at which the rope had been
 // thrown 1e7 times around, and took it.
 TEST(WindingTurn, NothingIsThrownAwayWhereNewtonOvershoots) {
-  RolloutModel rollout = test::LoadConfig(
-      "winding_turn.yaml", {"rollout.horizon=3.4 s", "loss.task[0].until=3.4 s", "loss.distillation[0].until=3.4 s"});
+  RolloutModel rollout =
+      test::LoadConfig("winding_turn.yaml", {"rollout.horizon=3.4 s", "loss.task[0].when.until=3.4 s",
+                                             "loss.distillation[0].when.until=3.4 s", "success.of[1].when.from=3.3 s"});
   RolloutInput input;
   input.variation = {2.6350349082143723, -0.023004765494746948};
   input.want_gradient = false;
@@ -106,8 +107,9 @@ TEST(WindingTurn, GradientsEqualDifferences) {
       {"rollout.horizon=0.2 s", "grips[0].point[2]=20 mm", "rollout.newton_tolerance=1e-12",
        "bodies.spool.joint.motion.segments[0].duration=0.1 s", "bodies.spool.joint.motion.segments[0].ramp=0.05 s",
        "bodies.spool.joint.motion.segments[1].duration=0.5 s", "bodies.spool.joint.motion.segments[1].ramp=0.1 s",
-       "loss.task[0].from=0.1 s", "loss.task[0].until=0.2 s", "loss.distillation[0].from=0.1 s",
-       "loss.distillation[0].until=0.2 s", "loss.distillation[0].normalize=sum"});
+       "signals.rise.since=0.1 s", "loss.task[0].when.from=0.1 s", "loss.task[0].when.until=0.2 s",
+       "loss.distillation[0].when.from=0.1 s", "loss.distillation[0].when.until=0.2 s",
+       "loss.distillation[0].when.reduce=sum", "success.of[1].when.from=0.1 s"});
   RolloutInput input;
   input.variation = {0.7, -0.6};
   input.theta = test::MakeTheta(rollout, 0.07);

@@ -24,7 +24,7 @@ TEST(ApplyVariation, SetsTheVariedNumbersAlone) {
   ApplyVariation(varied, std::vector<double>{0.015, 0.3, 0.0005});
   EXPECT_EQ(std::get<FreeJoint>(varied.bodies.back().joint.kind).initial.position, Eigen::Vector3d(0.015, 0.1, 0.01));
   EXPECT_EQ(varied.contacts[0].friction, 0.3);
-  EXPECT_EQ(std::get<CrossingLoss>(varied.loss.task[0]).opening.opening_center, 0.0005);
+  EXPECT_EQ(std::get<NumberTarget>(varied.loss.task[0].target).value, 0.0005);
   Scene original = scene;
   const std::vector<NumericKey> before = ListNumericKeys(original);
   const std::vector<NumericKey> after = ListNumericKeys(varied);
@@ -58,9 +58,10 @@ TEST_P(Refusal, NamesKeyValueAndReason) {
 }
 
 const RefusedDraw kRefusedDraws[] = {
-    {"SamplesBetweenSteps", "loss.distillation[0].sample_period", 1e-4,
+    {"SamplesBetweenSteps", "loss.distillation[0].when.every", 1e-4,
      " = 1e-04 s: must be a whole number of steps of 0.002 s"},
-    {"SamplesBeyondTheEnd", "loss.task[3].sample_period", 1.5, " = 1.5 s: must be at most the horizon, 1 s"},
+    {"SamplesBeyondTheEnd", "loss.task[3].when.every", 1.5,
+     " = 1.5 s: no sample lies between 0 s and 1 s; one comes every 1.5 s"},
     {"RampOverHalf", "bodies.hand.joint.motion.segments[0].ramp", 0.6,
      " = 0.6 s: must be at most half the duration, 0.5 s"},
     {"DurationUnderTwoRamps", "bodies.hand.joint.motion.segments[1].duration", 1.0,
@@ -77,9 +78,14 @@ const RefusedDraw kRefusedDraws[] = {
      "3e-06 and 7.002e-06, but each must be positive and no larger than the sum of the others"},
     {"LetsGoBeforeItHolds", "grips[0].until", 0.2, " = 0.2 s: must be more than `from`, 0.25 s"},
     {"OffTheRope", "grips[0].held_point[0]", 0.07, " = 0.07 m: must lie on the rope, from 0 m to 0.06 m"},
-    {"NoSampleInTime", "loss.task[1].until", 0.1,
-     " = 0.1 s: no sample lies between `from`, 0.08 s, and here; one comes every 0.04 s"},
-    {"TargetsOutOfOrder", "loss.task[3].targets[1].from", 0.0, " = 0 s: must be later than the target before"},
+    {"NoSampleInTime", "loss.task[1].when.until", 0.1,
+     " = 0.1 s: loss.task[1].when.every: no sample lies between 0.08 s and 0.1 s; one comes every 0.04 s"},
+    {"PlacesOutOfOrder", "signals.pill_error.targets[1].after", 0.0, " = 0 s: must be later than the one before"},
+    {"ValuesOutOfOrder", "loss.task[4].target.values[1].after", 0.6,
+     " = 0.6 s: loss.task[4].target.values[2].after: must be later than the one before"},
+    {"DriftBetweenSteps", "signals.rope_drift.since", 0.081, " = 0.081 s: must be a whole number of steps of 0.002 s"},
+    {"BoundsUpsideDown", "success.of[0].below", -0.03, " = -0.03 m: success.of[0].above: must be less than `below`"},
+    {"LastsLongerThanItsSpan", "success.of[1].of[2].when.duration", 0.7, " = 0.7 s: must fit into the span, 0.65 s"},
     {"OutOfItsRange", "contacts[0].friction", -0.1, " = -0.1: must be from 0 to 10"},
     {"NotFinite", "gravity[2]", std::numeric_limits<double>::infinity(), " = inf m/s^2: must be finite"},
     {"NotANumber", "gravity[2]", std::numeric_limits<double>::quiet_NaN(), " = nan m/s^2: must be finite"},

@@ -24,16 +24,16 @@ const SceneErrorCase kContradictions[] = {
     {"NothingToRideOn", "parent: tool\n    joint: {type: free, attachment: {",
      "parent: wall\n    joint: {type: free, attachment: @{",
      "bodies.brick.joint.attachment: only a designed parent has a mesh that joints move with"},
-    {"NoActuator", "actuators: [slider]", "actuators: [@swivel]",
-     "controls.actuators[0]: value 'swivel': the joint of this body has no actuator"},
+    {"NoActuator", "actuators: [slider]", "actuators: [slider, @swivel]",
+     "controls.actuators[1]: value 'swivel': the joint of this body has no actuator"},
     {"TooMuchForACommand", "lower: -1, upper: 0.75", "lower: -1, upper: @1.5",
      "controls.upper: value '1.5': commands lie from -1 to 1, and so must controls that are not squashed"},
-    {"NoTargetAtFirst", "{from: 0 s", "{from: @0.1 s",
-     "loss.task[3].targets[0].from: value '0.1 s': the first target must count from 0 s"},
-    {"TargetsOutOfOrder", "{from: 0.5 s", "{from: @0 s",
-     "loss.task[3].targets[1].from: value '0 s': must be later than the target before"},
-    {"TargetsBetweenSteps", "sample_period: 10 ms", "sample_period: @11 ms",
-     "loss.task[3].sample_period: value '11 ms': must be a whole number of steps of 0.002 s"},
+    {"PlacesOutOfOrder", "{after: 0.5 s, position", "{after: @0 s, position",
+     "signals.pill_error.targets[1].after: value '0 s': must be later than the one before"},
+    {"ValuesOutOfOrder", "{after: 0.6 s, value", "{after: @0.2 s, value",
+     "loss.task[4].target.values[2].after: value '0.2 s': must be later than the one before"},
+    {"TargetsBetweenSteps", "every: 10 ms", "every: @11 ms",
+     "loss.task[3].when.every: value '11 ms': must be a whole number of steps of 0.002 s"},
     {"ActuatorTwice", "actuators: [slider]", "actuators: @[slider, slider]",
      "controls.actuators: names an actuator twice"},
     {"IntervalBetweenSteps", "[slider], interval: 100 ms", "[slider], interval: @101 ms",
@@ -59,13 +59,114 @@ const SceneErrorCase kContradictions[] = {
      "no "
      "limit of its own: squash them with tanh"},
     {"AngleOfASlider", "type: angle, joint: hinge", "type: angle, joint: @slider",
-     "policy.observations[0].joint: value 'slider': the joint of this body is not revolute; of others the body's "
-     "position, direction, velocity and angular_velocity can be observed"},
+     "signals.hinge_angle.joint: value 'slider': the joint of this body is not revolute; of others the body's "
+     "position, "
+     "direction, velocity and angular_velocity can be watched"},
+    {"RateOfASlider", "type: rate, joint: hinge", "type: rate, joint: @slider",
+     "signals.hinge_rate.joint: value 'slider': the joint of this body is not revolute; of others the body's position, "
+     "direction, velocity and angular_velocity can be watched"},
     {"DisplacementOfABall", "type: displacement, joint: slider", "type: displacement, joint: @swivel",
-     "policy.observations[2].joint: value 'swivel': the joint of this body is not prismatic; of others the body's "
-     "position, direction, velocity and angular_velocity can be observed"},
+     "signals.slider_shift.joint: value 'swivel': the joint of this body is not prismatic; of others the body's "
+     "position, "
+     "direction, velocity and angular_velocity can be watched"},
+    {"SpeedOfABall", "type: speed, joint: slider", "type: speed, joint: @swivel",
+     "signals.slider_speed.joint: value 'swivel': the joint of this body is not prismatic; of others the body's "
+     "position, "
+     "direction, velocity and angular_velocity can be watched"},
     {"SeenFromItself", "in: pea, axis: y", "in: @pill, axis: y",
-     "policy.observations[4].in: value 'pill': a body does not move in its own frame; name another one, or the world"},
+     "signals.pill_seen.in: value 'pill': a body does not move in its own frame; name another one, or the world"},
+    {"DirectionSeenFromItself", "in: slider, axis: y", "in: @swivel, axis: y",
+     "signals.swivel_up.in: value 'swivel': a body does not move in its own frame; name another one, or the world"},
+    {"FarFromItself", "in: tool,", "in: @pill,",
+     "signals.pill_error.in: value 'pill': a body does not move in its own frame; name another one, or the world"},
+    {"CenterOfOneTwice", "of: [rope, pill]", "of: @[rope, rope]", "signals.center_z.of: names something twice"},
+    {"HeightOfOneTwice", "type: height, of: [rope]", "type: height, of: @[rope, rope]",
+     "signals.rope_height.of: names something twice"},
+    {"DriftOfOneTwice", "type: drift, of: [rope]", "type: drift, of: @[rope, rope]",
+     "signals.rope_drift.of: names something twice"},
+    {"CenterOfWhatHasNoInertia", "of: [rope, pill]", "of: [rope, @wall]",
+     "signals.center_z.of[1]: value 'wall': has no inertia, and so no centre of mass"},
+    {"CenterThatTheDesignMoves", "of: [rope, pill]", "of: [rope, @tool]",
+     "signals.center_z.of[1]: value 'tool': the centre of mass of this body moves with its design: give it an explicit "
+     "inertia, or watch a point"},
+    {"DepthWithoutAContact", "type: depth, bodies: [rope, tool]", "type: depth, bodies: @[pill, ground]",
+     "signals.rope_depth.bodies: pill has no contact with ground; see contacts"},
+    {"ForceWithoutAContact", "type: force, bodies: [rope, rope]", "type: force, bodies: @[ground, ground]",
+     "signals.rope_force.bodies: ground has no contact with ground; see contacts"},
+    {"CommandOfWhatNothingDrives", "actuator: slider}", "actuator: @swivel}",
+     "signals.slider_command.actuator: value 'swivel': neither controls nor a policy drive this body's joint"},
+    {"DifferenceOfThree", "of: [pea_x, goal]", "of: @[pea_x, pea_y, goal]",
+     "signals.pea_off.of: a difference is of two signals"},
+    {"DifferenceOfALaterOne", "of: [pea_x, goal]", "of: [pea_x, @away]",
+     "signals.pea_off.of[1]: value 'away': must stand before this signal"},
+    {"NormOfItself", "of: [pea_off, pea_y]", "of: [pea_off, @away]",
+     "signals.away.of[1]: value 'away': must stand before this signal"},
+    {"LeastOfALaterOne", "of: [away, pill_error]", "of: [away, @farthest]",
+     "signals.nearest.of[1]: value 'farthest': must stand before this signal"},
+    {"LargestOfItself", "of: [away, nearest]", "of: [away, @farthest]",
+     "signals.farthest.of[1]: value 'farthest': must stand before this signal"},
+    {"DifferenceOfTwoUnits", "of: [pea_x, goal]", "of: [pea_x, @clock]",
+     "signals.pea_off.of[1]: value 'clock': 'clock' is in s and 'pea_x' in m; they must have one unit"},
+    {"LargestOfTwoUnits", "of: [away, nearest]", "of: [away, @swivel_up]",
+     "signals.farthest.of[1]: value 'swivel_up': 'swivel_up' is in no unit and 'away' in m; they must have one unit"},
+    {"DriftBetweenSteps", "since: 80 ms", "since: @81 ms",
+     "signals.rope_drift.since: value '81 ms': must be a whole number of steps of 0.002 s"},
+    {"DriftSinceAfterTheEnd", "since: 80 ms", "since: @1.1 s",
+     "signals.rope_drift.since: value '1.1 s': must be at most the horizon, 1 s"},
+    {"TermOfTwoUnits", "- {signals: [pea_x, pea_y], target", "- {signals: [pea_x, @hinge_rate], target",
+     "loss.task[5].signals[1]: value 'hinge_rate': 'hinge_rate' is in rad/s and 'pea_x' in m; they must have one "
+     "unit"},
+    {"TargetOfAnotherUnit", "signal: goal}, shape", "signal: @clock}, shape",
+     "loss.task[5].target.signal: value 'clock': 'clock' is in s and 'pea_x' in m; they must have one unit"},
+    {"LossOfAForce", "- {signals: [slider_command], when", "- {signals: [@rope_force], when",
+     "loss.task[2].signals[0]: value 'rope_force': 'rope_force' is of a contact, and that has no derivative yet: it "
+     "may "
+     "stand in success alone"},
+    {"TargetOfAContact", "signal: goal}, shape", "signal: @rope_depth}, shape",
+     "loss.task[5].target.signal: value 'rope_depth': 'rope_depth' is of a contact, and that has no derivative yet: it "
+     "may stand in success alone"},
+    {"CrossingOfAContact", "signal: pea_y, at: 370 mm, never", "signal: @rope_depth, at: 370 mm, never",
+     "loss.task[0].when.signal: value 'rope_depth': 'rope_depth' is of a contact, and that has no derivative yet: it "
+     "may "
+     "stand in success alone"},
+    {"ReferenceInATask", "target: {type: signal, signal: goal}, shape", "target: {type: @reference}, shape",
+     "loss.task[5].target.type: value 'reference': the reference trajectory is known in loss.distillation alone"},
+    {"ReferenceOfACrossing", "when: {type: samples, every: 20 ms, reduce: mean}",
+     "when: {type: @crossing, signal: pea_y, at: 370 mm}",
+     "loss.distillation[0].when.type: value 'crossing': the reference trajectory is known at the end, at a time and "
+     "over samples"},
+    {"SuccessOfTwoUnits", "signals: [away], below", "signals: [away, @clock], below",
+     "success.of[1].of[2].signals[1]: value 'clock': 'clock' is in s and 'away' in m; they must have one unit"},
+    {"AMomentBetweenSteps", "type: at, time: 0.4 s", "type: at, time: @401 ms",
+     "loss.task[4].when.time: value '401 ms': must be a whole number of steps of 0.002 s"},
+    {"AMomentAfterTheEnd", "type: at, time: 0.4 s", "type: at, time: @1.2 s",
+     "loss.task[4].when.time: value '1.2 s': must be at most the horizon, 1 s"},
+    {"SuccessBetweenSteps", "type: at, time: 0.6 s", "type: at, time: @601 ms",
+     "success.of[2].of[0].when.time: value '601 ms': must be a whole number of steps of 0.002 s"},
+    {"SuccessAfterTheEnd", "type: at, time: 0.6 s", "type: at, time: @1.2 s",
+     "success.of[2].of[0].when.time: value '1.2 s': must be at most the horizon, 1 s"},
+    {"BoundsUpsideDown", "above: -20 mm, below: 20 mm", "above: @30 mm, below: 20 mm",
+     "success.of[0].above: value '30 mm': must be less than `below`"},
+    {"EverAfterItsEnd", "type: ever, from: 0.5 s", "type: ever, from: @0.7 s",
+     "success.of[1].of[0].when.from: value '0.7 s': must be less than `until`, 0.7 s"},
+    {"EverAfterTheEnd", "type: ever, from: 0.5 s, until: 0.7 s", "type: ever, from: @1 s",
+     "success.of[1].of[0].when.from: value '1 s': must be less than the horizon, 1 s"},
+    {"AlwaysBeyondTheEnd", "type: always, from: 0.25 s, until: 0.8 s", "type: always, from: 0.25 s, until: @1.5 s",
+     "success.of[1].of[1].when.until: value '1.5 s': must be at most the horizon, 1 s"},
+    {"LastingLongerThanItsSpan", "duration: 0.1 s", "duration: @0.7 s",
+     "success.of[1].of[2].when.duration: value '0.7 s': must fit into the span, 0.65 s"},
+    {"LastingBeyondTheEnd", "until: 0.9 s", "until: @1.9 s",
+     "success.of[1].of[2].when.until: value '1.9 s': must be at most the horizon, 1 s"},
+    {"PolicySeesADrift", "{signal: goal, offset: 1 mm", "{signal: @rope_drift, offset: 1 mm",
+     "policy.observations[9].signal: value 'rope_drift': a policy sees the present state alone, and 'rope_drift' looks "
+     "at more: drifts, commands and contacts cannot be observed"},
+    {"PolicySeesACommand", "{signal: swivel_up, offset: 0.1", "{signal: @slider_command, offset: 0.1",
+     "policy.observations[6].signal: value 'slider_command': a policy sees the present state alone, and "
+     "'slider_command' looks at more: drifts, commands and contacts cannot be observed"},
+    {"PolicySeesAContact", "{signal: goal, offset: 1 mm", "{signal: @rope_depth, offset: 1 mm",
+     "policy.observations[9].signal: value 'rope_depth': a policy sees the present state alone, and 'rope_depth' looks "
+     "at "
+     "more: drifts, commands and contacts cannot be observed"},
     {"WeightBoundsSwapped", "lower: -2\n  upper: 2.5", "lower: @2.6\n  upper: 2.5",
      "policy.lower: value '2.6': must be less than upper, 2.5"},
     {"RandomWeightsOutside", "lower: -2\n  upper: 2.5", "lower: @0.5\n  upper: 2.5",
@@ -130,31 +231,23 @@ const SceneErrorCase kContradictions[] = {
      "allowed"},
     {"TestsWithoutEnd", "{variations: 20, seed: 12}", "{variations: @1000001, seed: 12}",
      "evaluation.variations: value '1000001': must be from 1 to 1e+06"},
-    {"NoHeightInTime", "height_hold, rope: rope, sample_period: 40 ms, from: 80 ms, until: 0.5 s",
-     "height_hold, rope: rope, sample_period: 40 ms, from: 80 ms, until: @0.1 s",
-     "loss.task[1].until: value '0.1 s': no sample lies between `from`, 0.08 s, and here; one comes every 0.04 s"},
-    {"SamplesBetweenSteps", "sample_period: 20 ms", "sample_period: @21 ms",
-     "loss.distillation[0].sample_period: value '21 ms': must be a whole number of steps of 0.002 s"},
-    {"SamplesAfterTheEnd", "sample_period: 20 ms", "sample_period: @2 s",
-     "loss.distillation[0].sample_period: value '2 s': must be at most the horizon, 1 s"},
-    {"AxisTwice", "axes: [x, y]", "axes: @[x, x]", "loss.distillation[0].axes: names an axis twice"},
-    {"OpeningAlongItsAxis", "opening_axis: x, opening_center", "opening_axis: @y, opening_center",
-     "loss.task[0].opening_axis: value 'y': must differ from axis: the opening lies in the plane"},
-    {"SuccessAlongItsAxis", "success: {type: crosses_opening, body: pea, axis: y, at: 370 mm, opening_axis: x",
-     "success: {type: crosses_opening, body: pea, axis: y, at: 370 mm, opening_axis: @y",
-     "success.opening_axis: value 'y': must differ from axis: the opening lies in the plane"},
+    {"NoHeightInTime", "every: 40 ms, from: 80 ms, until: 0.5 s", "every: @40 ms, from: 80 ms, until: 0.1 s",
+     "loss.task[1].when.every: value '40 ms': no sample lies between 0.08 s and 0.1 s; one comes every 0.04 s"},
+    {"SamplesBetweenSteps", "every: 20 ms", "every: @21 ms",
+     "loss.distillation[0].when.every: value '21 ms': must be a whole number of steps of 0.002 s"},
+    {"SamplesAfterTheEnd", "every: 20 ms", "every: @2 s",
+     "loss.distillation[0].when.every: value '2 s': no sample lies between 0 s and 1 s; one comes every 2 s"},
     {"GapOfARope", "gap: 1 mm", "gap: @30 mm", "ropes.rope.gap: value '30 mm': must be less than the pitch, 0.03 m"},
     {"RoundingOfARope", "rounding: 0.9 mm", "rounding: @5 mm",
      "ropes.rope.rounding: value '5 mm': must be at most half the least size, 0.004 m"},
     {"SteepHelix", "advance: 10 mm", "advance: @300 mm",
      "ropes.rope.initial.advance: value '300 mm': must be less than the links of a turn are long, 0.24 m"},
-    {"HeightAfterTheEnd", "height_hold, rope: rope, sample_period: 40 ms, from: 80 ms, until: 0.5 s",
-     "height_hold, rope: rope, sample_period: 40 ms, from: 80 ms, until: @2 s",
-     "loss.task[1].until: value '2 s': must be at most the horizon, 1 s"},
-    {"HeightFromAfterItsEnd", "from: 80 ms", "from: @520 ms",
-     "loss.task[1].from: value '520 ms': must be less than `until`, 0.5 s"},
-    {"HeightFromBetweenSamples", "from: 80 ms", "from: @50 ms",
-     "loss.task[1].from: value '50 ms': must be a whole number of sample periods of 0.04 s"},
+    {"HeightAfterTheEnd", "every: 40 ms, from: 80 ms, until: 0.5 s", "every: 40 ms, from: 80 ms, until: @2 s",
+     "loss.task[1].when.until: value '2 s': must be at most the horizon, 1 s"},
+    {"HeightFromAfterItsEnd", "every: 40 ms, from: 80 ms", "every: 40 ms, from: @520 ms",
+     "loss.task[1].when.from: value '520 ms': must be less than `until`, 0.5 s"},
+    {"HeightFromBetweenSteps", "every: 40 ms, from: 80 ms", "every: 40 ms, from: @81 ms",
+     "loss.task[1].when.from: value '81 ms': must be a whole number of steps of 0.002 s"},
     {"RampOfASegment", "ramp: 0.4 s", "ramp: @0.6 s",
      "bodies.hand.joint.motion.segments[0].ramp: value '0.6 s': must be at most half the duration, 0.5 s"},
     {"TurnAboutTwoAxes", "angle: 90 deg, axis: [0, 0, 3]", "angle: @90 deg, axis: [0, 0, 3], tips: [1, 0, 0]",
@@ -247,11 +340,13 @@ TEST(CheckScene, WhereNothingVariesThereIsOneRollout) {
 }
 
 TEST(CheckScene, WhatCostsOrIsOptimisedExists) {
-  const EditedScene cost =
-      EditScene(kPendulumYaml, kPendulumEnd, std::string(kPendulumEnd) + "loss: {task: [{type: @control_cost}]}\n");
-  EXPECT_EQ(ParseEditedScene(cost),
-            "f.yaml:" + cost.place +
-                ": loss.task[0].type: value 'control_cost': the scenario has no section controls or policy\n");
+  const EditedScene cost = EditScene(kPendulumYaml, kPendulumEnd,
+                                     std::string(kPendulumEnd) +
+                                         "signals: [{name: u, type: command, actuator: @upper}]\n"
+                                         "loss: {task: [{signals: [u]}]}\n");
+  EXPECT_EQ(ParseEditedScene(cost), "f.yaml:" + cost.place +
+                                        ": signals.u.actuator: value 'upper': neither controls nor a policy drive this "
+                                        "body's joint\n");
   for (const std::string part : {"control", "policy"}) {
     const EditedScene scene =
         EditScene(kPendulumYaml, kPendulumEnd,
@@ -260,6 +355,51 @@ TEST(CheckScene, WhatCostsOrIsOptimisedExists) {
                                            "': the scenario has no section " +
                                            (part == "control" ? "controls" : "policy") + "\n");
   }
+}
+
+// 0.3 s less 0.2 s is less than 0.1 s in binary.
+TEST(CheckScene, DecimalTimesFit) {
+  EXPECT_EQ(ParseEditedScene(EditScene(kEverythingYaml, "duration: 0.1 s, from: 0.25 s, until: 0.9 s",
+                                       "duration: 0.1 s, from: 0.2 s, until: 0.3 s")),
+            "");
+}
+
+// What a signal is made of counts as much as the signal.
+TEST(CheckScene, MadeOfAContactIsOfAContact) {
+  const std::string made = EditScene(kEverythingYaml, "of: [away, nearest]", "of: [away, rope_depth]").text;
+  const EditedScene cost = EditScene(made, "- {signals: [pill_error], when", "- {signals: [@farthest], when");
+  EXPECT_EQ(ParseEditedScene(cost), "f.yaml:" + cost.place +
+                                        ": loss.task[3].signals[0]: value 'farthest': 'farthest' is of a contact, and "
+                                        "that has no derivative yet: it may stand in success alone\n");
+  const EditedScene seen = EditScene(made, "{signal: goal, offset: 1 mm", "{signal: @farthest, offset: 1 mm");
+  EXPECT_EQ(ParseEditedScene(seen), "f.yaml:" + seen.place +
+                                        ": policy.observations[9].signal: value 'farthest': a policy sees the present "
+                                        "state alone, and 'farthest' looks at more: drifts, commands and contacts "
+                                        "cannot be observed\n");
+}
+
+// The longest of at most 4 ms of which every time that has to be a whole number of steps is one.
+TEST(CheckScene, AStepLeftOutFitsEveryTime) {
+  const auto choose = [](const std::string& since, const std::string& every, const std::string& at,
+                         const std::string& success_at) {
+    const std::string text =
+        EditScene(kPendulumYaml, kPendulumEnd,
+                  "rollout: {horizon: 1.2 s}\n"
+                  "signals: [{name: a, type: angle, joint: upper}, {name: d, type: drift, of: [upper], since: " +
+                      since + "}]\nloss: {task: [{signals: [a], when: {type: samples, every: " + every +
+                      ", from: 60 ms}}, {signals: [a], when: {type: at, time: " + at +
+                      "}}]}\nsuccess: {type: any, of: [{type: within, signals: [a], when: {type: at, time: " +
+                      success_at + "}}]}\n")
+            .text;
+    const ParseResult result = ParseScene(text, "f.yaml");
+    EXPECT_EQ(result.FormatErrors(), "");
+    return result.scene.rollout.step;
+  };
+  EXPECT_DOUBLE_EQ(choose("0 s", "60 ms", "0.6 s", "0.6 s"), 4e-3);
+  EXPECT_DOUBLE_EQ(choose("9 ms", "60 ms", "0.6 s", "0.6 s"), 3e-3);
+  EXPECT_DOUBLE_EQ(choose("0 s", "10 ms", "0.6 s", "0.6 s"), 10e-3 / 3);
+  EXPECT_DOUBLE_EQ(choose("0 s", "60 ms", "7 ms", "0.6 s"), 1e-3);
+  EXPECT_DOUBLE_EQ(choose("0 s", "60 ms", "0.6 s", "7.5 ms"), 3.75e-3);
 }
 
 TEST(CheckScene, ControlsAloneAreOptimisedByName) {

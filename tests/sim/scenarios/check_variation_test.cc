@@ -23,11 +23,10 @@ std::string ParseWithVariations(const std::string& variations, std::string* plac
 TEST(CheckVariation, RefusesALowerEnd) {
   std::string place;
   const std::string errors = ParseWithVariations(
-      "  - {key: \"loss.distillation[0].sample_period\", distribution: uniform, lower: @0.1 ms, upper: 20 ms}\n",
-      &place);
+      "  - {key: \"loss.distillation[0].when.every\", distribution: uniform, lower: @0.1 ms, upper: 20 ms}\n", &place);
   EXPECT_EQ(errors, place +
                         "variation[0].lower: value '0.1 ms': this can be drawn and is not allowed: "
-                        "loss.distillation[0].sample_period = 1e-04 s: must be a whole number of steps of 0.002 s\n");
+                        "loss.distillation[0].when.every = 1e-04 s: must be a whole number of steps of 0.002 s\n");
 }
 
 TEST(CheckVariation, RefusesAnUpperEnd) {
@@ -56,9 +55,9 @@ TEST(CheckVariation, RefusesTheReachOfANormalDistribution) {
 TEST(CheckVariation, RefusesWhatLiesBetweenTheEnds) {
   std::string place;
   const std::string errors = ParseWithVariations(
-      "  - {key: @\"loss.task[3].sample_period\", distribution: uniform, lower: 10 ms, upper: 20 ms}\n", &place);
-  EXPECT_TRUE(errors.starts_with(place + "variation[0].key: value 'loss.task[3].sample_period': this can be drawn and "
-                                         "is not allowed: loss.task[3].sample_period = 0.0138"))
+      "  - {key: @\"loss.task[3].when.every\", distribution: uniform, lower: 10 ms, upper: 20 ms}\n", &place);
+  EXPECT_TRUE(errors.starts_with(place + "variation[0].key: value 'loss.task[3].when.every': this can be drawn and "
+                                         "is not allowed: loss.task[3].when.every = 0.0138"))
       << errors;
 }
 

@@ -21,7 +21,7 @@ TEST(FindNumericKeys, PointsIntoTheSceneThatWasAsked) {
   const Scene scene = ParseEverything();
   Scene copy = scene;
   const std::vector<std::string> paths{"bodies.pea.initial.position[1]",     "gravity[2]",
-                                       "bodies.tool.joint.motion.amplitude", "loss.task[0].at",
+                                       "bodies.tool.joint.motion.amplitude", "loss.task[0].when.at",
                                        "design.parameters.width.upper",      "bodies.pea.shape.radius"};
   const std::vector<double*> numbers = FindNumericKeys(copy, paths);
   ASSERT_EQ(numbers.size(), paths.size());
@@ -65,7 +65,8 @@ TEST(ListNumericKeys, PathsAndNumbersAreDistinct) {
 TEST(MayVary, ExcludesTheMachinery) {
   EXPECT_TRUE(MayVary("gravity[2]"));
   EXPECT_TRUE(MayVary("bodies.pea.shape.radius"));
-  EXPECT_TRUE(MayVary("success.at"));
+  EXPECT_TRUE(MayVary("success.of[0].when.at"));
+  EXPECT_TRUE(MayVary("signals.pill_error.targets[0].position[1]"));
   EXPECT_FALSE(MayVary("rollout.step"));
   EXPECT_FALSE(MayVary("learning.alpha"));
   EXPECT_FALSE(MayVary("design.parameters.width.initial"));

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "tests/sim/scenarios/edited_scene.h"
 #include "tests/sim/scenarios/sample_scenes.h"
 
@@ -44,10 +46,19 @@ TEST(ParseScene, ReadsEveryKindOfThing) {
   EXPECT_EQ(std::get<StraightState>(scene.ropes[1].initial).start, Eigen::Vector3d(0.0, 0.0, 0.03));
   EXPECT_EQ(scene.grips[0].limit, 2.0);
   EXPECT_EQ(scene.grips[1].held, "pill");
-  EXPECT_EQ(std::get<HeightHoldLoss>(scene.loss.task[1]).carried_by, "wall");
+  EXPECT_EQ(std::get<DriftSignal>(scene.signals[13].kind).carried_by, "wall");
+  EXPECT_EQ(std::get<DistanceSignal>(scene.signals[10].kind).in, "tool");
+  EXPECT_EQ(std::get<AtCrossing>(scene.loss.task[0].when).crossing.at, 0.37);
+  EXPECT_EQ(std::get<OverSamples>(scene.loss.task[1].when).reduce, Reduction::kMean);
+  EXPECT_EQ(std::get<ScheduleTarget>(scene.loss.task[4].target).values[1].value, 0.02);
+  EXPECT_EQ(scene.loss.task[4].side, Side::kBelow);
+  EXPECT_EQ(scene.loss.task[5].shape, TermShape::kSaturating);
+  const auto& any = std::get<AnyOf>(std::get<AllOf>(scene.success->kind).of[1].kind);
+  EXPECT_EQ(std::get<Lasting>(std::get<Within>(any.of[2].kind).when).duration, 0.1);
+  EXPECT_EQ(std::get<Within>(any.of[3].kind).below, std::numeric_limits<double>::infinity());
   EXPECT_EQ(scene.design->bodies[0].moves[1].group, "right");
   EXPECT_EQ(scene.design->bodies[0].vertex_groups[1].vertices, (std::vector<std::int64_t>{4, 5}));
-  EXPECT_EQ(std::get<PositionMatchLoss>(scene.loss.distillation[0]).axes, (std::vector<Axis>{Axis::kX, Axis::kY}));
+  EXPECT_EQ(scene.loss.distillation[0].signals, (std::vector<std::string>{"pea_x", "pea_y"}));
   EXPECT_EQ(std::get<UniformDistribution>(scene.variation[0].distribution).lower, -0.02);
   EXPECT_EQ(scene.learning.method, SceneLearningMethod::kSimpleContinual);
   EXPECT_EQ(scene.learning.seed, 9007199254740991);
@@ -76,7 +87,7 @@ const SceneErrorCase kFieldErrors[] = {
      "    shape: {type: half_space}\n    @initial: {}\n  - name: tool",
      "bodies.ground.initial: unknown key; expected one of: name, parent, joint, shape, inertia"},
     {"DuplicateKey", "evaluation: {variations: 20", "evaluation: {variations: 20, @variations: 21",
-     "evaluation.variations: duplicate key, first given in line 158"},
+     "evaluation.variations: duplicate key, first given in line 209"},
     {"MissingNumber", "{type: solid, mass: 4.2 g}", "@{type: solid}",
      "bodies.pea.inertia.mass: missing; expected a mass with its unit, such as "
      "'4.2 g', more than 0 kg"},
@@ -152,6 +163,30 @@ const SceneErrorCase kFieldErrors[] = {
      "design.bodies.tool.mesh: value '/tmp/tool.obj': expected a file below the scenario's folder, as a relative path "
      "without "
      "'..', such as 'meshes/tool.obj'"},
+    {"SignalTwice", "name: farthest,", "name: @nearest,",
+     "signals.nearest.name: value 'nearest': another signal has this name"},
+    {"UnknownSignal", "signals: [pill_error], when", "signals: [@pil_error], when",
+     "loss.task[3].signals[0]: value 'pil_error': no such signal; did you mean 'pill_error'?"},
+    {"UnknownSignalOfASignal", "of: [away, pill_error]", "of: [away, @pillerror]",
+     "signals.nearest.of[1]: value 'pillerror': no such signal; did you mean 'pill_error'?"},
+    {"UnknownKindOfSignal", "type: height, of: [rope]", "type: @hight, of: [rope]",
+     "signals.rope_height.type: value 'hight': expected one of: angle, rate, displacement, speed, position, velocity, "
+     "direction, angular_velocity, distance, center_of_mass, height, drift, depth, force, command, time, number, "
+     "difference, norm, least, largest; did you mean 'height'?"},
+    {"TermInTheUnitOfItsSignal", "scale: 3 cm/s", "scale: @3 cm",
+     "loss.task[4].scale: value '3 cm': expected a speed with its unit, such as '60 mm/s', more than 0 m/s"},
+    {"BoundInTheUnitOfItsSignal", "below: 3 N", "below: @3",
+     "success.of[1].of[1].below: value '3': expected a force with its unit, such as '2 N'"},
+    {"ObservationInTheUnitOfItsSignal", "offset: 10 deg", "offset: @10",
+     "policy.observations[0].offset: value '10': expected an angle with its unit, such as '90 deg'"},
+    {"WatchedNumberUnknown", "key: \"signals.pill_error.targets[0].position[0]\"",
+     "key: @\"signals.pill_error.target[0].position[0]\"",
+     "signals.goal.key: value 'signals.pill_error.target[0].position[0]': the scene has no such number; did you mean "
+     "'signals.pill_error.targets[0].position[0]'?"},
+    {"WatchedNumberOfTheLoss", "key: \"signals.pill_error.targets[0].position[0]\"", "key: @\"loss.task[0].margin\"",
+     "signals.goal.key: value 'loss.task[0].margin': numbers of the loss and of success cannot be watched; make the "
+     "goal "
+     "a part of a signal"},
     {"VariationKeyUnknown", "\"contacts[0].friction\"", "@\"contacts[0].fricton\"",
      "variation[1].key: value 'contacts[0].fricton': the scene has no such number; did you mean "
      "'contacts[0].friction'?"},
@@ -159,7 +194,7 @@ const SceneErrorCase kFieldErrors[] = {
      "variation[1].key: value 'rollout.newton_max_iterations': the scene has no such number"},
     {"VariationKeyThatMayNotVary", "\"contacts[0].friction\"", "@learning.alpha",
      "variation[1].key: value 'learning.alpha': may not vary; numbers of gravity, bodies (but the unit of a mesh), "
-     "contacts, loss and success may"},
+     "contacts, grips, signals, loss and success may"},
     {"MeshWithoutAUnit", "    shape: {type: half_space}\n  - name: hinge",
      "    shape: @{type: mesh, file: wall.obj}\n  - name: hinge",
      "bodies.wall.shape.unit: missing; expected a length with its unit, such as '10 mm', more than 0 m"},

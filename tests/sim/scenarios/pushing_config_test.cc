@@ -82,11 +82,17 @@ TEST_F(PushingConfig, StartsInTheSquareAndAimsAtTheOpening) {
   EXPECT_EQ(x.upper, 0.042);
   EXPECT_EQ(y.lower, 0.08);
   EXPECT_EQ(y.upper, 0.12);
-  const Opening& loss = std::get<CrossingLoss>(scene_.loss.task.at(0)).opening;
-  const Opening& success = std::get<CrossesOpening>(*scene_.success).opening;
-  EXPECT_EQ(loss.at, success.at);
-  EXPECT_EQ(loss.opening_half_width, 0.002);  // the loss aims inside the opening
-  EXPECT_EQ(success.opening_half_width, 0.008);
+  const Term& loss = scene_.loss.task.at(0);
+  const auto& success = std::get<Within>(scene_.success->kind);
+  EXPECT_EQ(loss.signals, success.signals);
+  const SignalCrossing& aim = std::get<AtCrossing>(loss.when).crossing;
+  const SignalCrossing& test = std::get<WhenCrossing>(success.when).crossing;
+  EXPECT_EQ(aim.signal, test.signal);
+  EXPECT_EQ(aim.at, test.at);
+  EXPECT_EQ(std::get<NumberTarget>(loss.target).value, 0.0);
+  EXPECT_EQ(loss.margin, 0.002);  // the loss aims inside the opening
+  EXPECT_EQ(success.above, -0.008);
+  EXPECT_EQ(success.below, 0.008);
 }
 
 }  // namespace

@@ -19,7 +19,8 @@ bodies:
 rollout: {horizon: 1 s, step: 5 ms, integrator: bdf1}
 )";
 
-// Everything that a file can hold: each joint, motion, shape, inertia, distribution, loss and success test.
+// Everything that a file can hold: each joint, motion, shape, inertia, distribution, signal, term of a
+// loss and condition.
 inline constexpr char kEverythingYaml[] = R"(schema: 1
 name: everything
 description: "quotes \" and \\, lines\n, ünïcode: yes"
@@ -117,6 +118,31 @@ grips:
   - {body: tool, point: [1 mm, 2 mm, 3 mm], held: cord, held_point: [50 mm, 1 mm, 0 mm], stiffness: 200 N/m,
      damping: 0.1 N*s/m, limit: 2 N, from: 0.25 s, until: 0.75 s}
   - {body: wall, held: pill, stiffness: 10 N/m, until: 2 s}
+signals:
+  - {name: hinge_angle, type: angle, joint: hinge}
+  - {name: hinge_rate, type: rate, joint: hinge}
+  - {name: slider_shift, type: displacement, joint: slider}
+  - {name: slider_speed, type: speed, joint: slider}
+  - {name: pea_x, type: position, body: pea, axis: x}
+  - {name: pea_y, type: position, body: pea, axis: y}
+  - {name: pill_seen, type: position, body: pill, point: [0 mm, 0 mm, 2 cm], in: pea, axis: y}
+  - {name: pea_speed, type: velocity, body: pea, point: [1 mm, 0 mm, 0 mm], axis: x}
+  - {name: swivel_up, type: direction, body: swivel, of: z, in: slider, axis: y}
+  - {name: pea_spin, type: angular_velocity, body: pea, axis: z}
+  - {name: pill_error, type: distance, body: pill, point: [0 mm, 0 mm, 1 cm], in: tool,
+     targets: [{position: [1 cm, 2 cm, 3 cm]}, {after: 0.5 s, position: [0 m, 0 m, 1 m]}]}
+  - {name: center_z, type: center_of_mass, of: [rope, pill], in: wall, axis: z}
+  - {name: rope_height, type: height, of: [rope]}
+  - {name: rope_drift, type: drift, of: [rope], carried_by: wall, since: 80 ms}
+  - {name: rope_depth, type: depth, bodies: [rope, tool]}
+  - {name: rope_force, type: force, bodies: [rope, rope]}
+  - {name: slider_command, type: command, actuator: slider}
+  - {name: clock, type: time}
+  - {name: goal, type: number, key: "signals.pill_error.targets[0].position[0]"}
+  - {name: pea_off, type: difference, of: [pea_x, goal]}
+  - {name: away, type: norm, of: [pea_off, pea_y]}
+  - {name: nearest, type: least, of: [away, pill_error]}
+  - {name: farthest, type: largest, of: [away, nearest]}
 design:
   parameters:
     - {name: width, initial: 44 mm, lower: 20 mm, upper: 56 mm}
@@ -138,22 +164,48 @@ design:
 rollout: {horizon: 1 s, step: 2 ms, integrator: bdf2, newton_tolerance: 1e-9, newton_max_iterations: 20}
 loss:
   task:
-    - {type: crossing, body: pea, axis: y, at: 370 mm, opening_axis: x, opening_center: 1 mm, opening_half_width: 20 mm,
-       weight: 2, length_unit: 1 cm, shortfall_weight: 3, shortfall_scale: 4 cm}
-    - {type: height_hold, rope: rope, sample_period: 40 ms, from: 80 ms, until: 0.5 s, carried_by: wall,
-       normalize: mean, weight: 2, length_unit: 1 cm}
-    - {type: control_cost, weight: 0.1}
-    - {type: point_target, body: pill, point: [0 mm, 0 mm, 1 cm], sample_period: 10 ms, weight: 10, length_unit: 1 cm,
-       targets: [{from: 0 s, position: [1 cm, 2 cm, 3 cm]}, {from: 0.5 s, position: [0 m, 0 m, 1 m]}]}
+    - signals: [pea_x]
+      when: {type: crossing, signal: pea_y, at: 370 mm, never_cost: 48, never_scale: 4 cm}
+      target: {type: number, value: 1 mm}
+      margin: 20 mm
+      scale: 1 cm
+      weight: 2
+    - {signals: [rope_drift], when: {type: samples, every: 40 ms, from: 80 ms, until: 0.5 s, reduce: mean}, scale: 1 cm,
+       weight: 2}
+    - {signals: [slider_command], when: {type: samples, every: 100 ms}, weight: 0.1}
+    - {signals: [pill_error], when: {type: samples, every: 10 ms}, shape: absolute, scale: 1 cm, weight: 10}
+    - signals: [pea_speed]
+      when: {type: at, time: 0.4 s}
+      target: {type: schedule, values: [{value: 1 cm/s}, {after: 0.2 s, value: 2 cm/s}, {after: 0.6 s, value: 0 m/s}]}
+      shape: log
+      side: below
+      scale: 3 cm/s
+    - {signals: [pea_x, pea_y], target: {type: signal, signal: goal}, shape: saturating, side: above, scale: 4 cm}
   distillation:
-    - {type: position_match, body: pea, axes: [x, y], sample_period: 20 ms, normalize: mean, weight: 5,
-       length_unit: 1 cm}
-    - {type: height_match, rope: rope, sample_period: 40 ms, until: 0.5 s, normalize: mean, length_unit: 1 cm}
-success: {type: crosses_opening, body: pea, axis: y, at: 370 mm, opening_axis: x, opening_half_width: 20 mm}
+    - {signals: [pea_x, pea_y], when: {type: samples, every: 20 ms, reduce: mean}, target: {type: reference},
+       scale: 1 cm, weight: 5}
+    - signals: [rope_height]
+      when: {type: samples, every: 40 ms, until: 0.5 s, reduce: largest}
+      target: {type: reference}
+      scale: 1 cm
+success:
+  type: all
+  of:
+    - {type: within, signals: [pea_x], above: -20 mm, below: 20 mm, when: {type: crossing, signal: pea_y, at: 370 mm}}
+    - type: any
+      of:
+        - {type: within, signals: [rope_depth], above: 0 mm, when: {type: ever, from: 0.5 s, until: 0.7 s}}
+        - {type: within, signals: [rope_force], below: 3 N, when: {type: always, from: 0.25 s, until: 0.8 s}}
+        - {type: within, signals: [away], below: 1 m,
+           when: {type: lasting, duration: 0.1 s, from: 0.25 s, until: 0.9 s}}
+        - {type: within, signals: [clock], above: 0.5 s}
+    - type: none
+      of:
+        - {type: within, signals: [swivel_up], below: -0.5, when: {type: at, time: 0.6 s}}
 variation:
   - {key: "bodies.pea.initial.position[0]", distribution: uniform, lower: -20 mm, upper: 20 mm}
   - {key: "contacts[0].friction", distribution: normal, mean: 0.4, std: 0.05, truncate_at: 2}
-  - {key: "loss.task[0].opening_center", distribution: uniform, lower: -1 mm, upper: 1 mm}
+  - {key: "loss.task[0].target.value", distribution: uniform, lower: -1 mm, upper: 1 mm}
 controls: {actuators: [slider], interval: 100 ms, squash: none, initial: 0.5, lower: -1, upper: 0.75}
 learning: {method: simple_continual, optimize: [design, control], variations: 10, batch: 2, dimensions_per_batch: 1,
            alpha: 0.2, learning_rate: 0.5, decay: 0.4, optimizer: LD_MMA, max_evaluations: 7, seed: 9007199254740991}
@@ -161,16 +213,16 @@ policy:
   actuators: [hinge]
   interval: 100 ms
   observations:
-    - {type: angle, joint: hinge, offset: 10 deg, scale: 90 deg}
-    - {type: rate, joint: hinge, offset: 1 rad/s, scale: 5 rad/s}
-    - {type: displacement, joint: slider, offset: 1 mm, scale: 1 cm}
-    - {type: speed, joint: slider, offset: 2 mm/s, scale: 10 cm/s}
-    - {type: position, body: pill, point: [0 mm, 0 mm, 2 cm], in: pea, axis: y, offset: 1 cm, scale: 5 cm}
-    - {type: velocity, body: pea, point: [1 mm, 0 mm, 0 mm], axis: x, offset: 1 cm/s, scale: 20 cm/s}
-    - {type: direction, body: swivel, of: z, in: slider, axis: y, offset: 0.1, scale: 2}
-    - {type: angular_velocity, body: pea, axis: z, offset: 1 rad/s, scale: 9 rad/s}
-    - {type: time, offset: 0.1 s, scale: 0.5 s}
-    - {type: number, key: "loss.task[0].opening_center", offset: 1 mm, scale: 10 mm}
+    - {signal: hinge_angle, offset: 10 deg, scale: 90 deg}
+    - {signal: hinge_rate, offset: 1 rad/s, scale: 5 rad/s}
+    - {signal: slider_shift, offset: 1 mm, scale: 1 cm}
+    - {signal: slider_speed, offset: 2 mm/s, scale: 10 cm/s}
+    - {signal: pill_seen, offset: 1 cm, scale: 5 cm}
+    - {signal: pea_speed, offset: 1 cm/s, scale: 20 cm/s}
+    - {signal: swivel_up, offset: 0.1, scale: 2}
+    - {signal: pea_spin, offset: 1 rad/s, scale: 9 rad/s}
+    - {signal: clock, offset: 0.1 s, scale: 0.5 s}
+    - {signal: goal, offset: 1 mm, scale: 10 mm}
   hidden: [4, 3]
   squash: tanh
   initial: {type: random, seed: 3, scale: 0.8}
