@@ -83,8 +83,9 @@ nlohmann::ordered_json MakeJson(const RolloutRecord& record) {
     gradient[name] = derivative ? MakeJsonNumber(*derivative) : nullptr;
   }
   nlohmann::ordered_json variation = nlohmann::ordered_json::object();
+  const std::vector<std::string> keys = ListVariedKeys(record.scene.variation);
   for (std::size_t i = 0; i < record.input.variation.size(); ++i) {
-    variation[record.scene.variation[i].key] = record.input.variation[i];
+    variation[keys[i]] = record.input.variation[i];
   }
   return {{"scenario", record.scene.name},
           {"theta", std::move(theta)},
@@ -147,8 +148,9 @@ std::string FormatRecord(const RolloutRecord& record) {
   }
   if (!output.failure.empty()) fmt::format_to(out, "failed     {}\n", output.failure);
   if (!record.input.variation.empty()) fmt::format_to(out, "\n{:<36} {:>16}\n", "varied key", "value [SI]");
+  const std::vector<std::string> keys = ListVariedKeys(record.scene.variation);
   for (std::size_t i = 0; i < record.input.variation.size(); ++i) {
-    fmt::format_to(out, "{:<36} {:>16.9g}\n", record.scene.variation[i].key, record.input.variation[i]);
+    fmt::format_to(out, "{:<36} {:>16.9g}\n", keys[i], record.input.variation[i]);
   }
   if (!record.theta.empty()) fmt::format_to(out, "\n{:<36} {:>16} {:>16}\n", "parameter", "theta [SI]", "dloss/dtheta");
   for (std::size_t i = 0; i < record.theta.size(); ++i) {

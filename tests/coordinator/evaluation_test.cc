@@ -138,7 +138,7 @@ class EchoService : public RolloutService {
 };
 
 TEST(EvaluationTest, TestVariationsAreReproducibleAndNotTheTrainingOnes) {
-  const VariationSpec spec = {{"start.x", UniformDraw{0.0, 1.0}}, {"friction", NormalDraw{0.4, 0.05}}};
+  const VariationSpec spec = {{{"start.x"}, UniformDraw{0.0, 1.0}}, {{"friction"}, NormalDraw{0.4, 0.05}}};
   EchoService service;
   const TestResult result = EvaluateDesign(spec, {0.1, 0.2}, 200, 9, service);
   EXPECT_EQ(service.calls, 1);

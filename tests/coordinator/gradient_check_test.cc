@@ -44,7 +44,7 @@ class CurvedService final : public RolloutService {
   int calls = 0;
 };
 
-Problem MakeProblem() { return {{{"x", "y"}, {0.0, -1.0}, {2.0, 1.0}, {1.0, 0.0}}, {{"v", UniformDraw{-1.0, 1.0}}}}; }
+Problem MakeProblem() { return {{{"x", "y"}, {0.0, -1.0}, {2.0, 1.0}, {1.0, 0.0}}, {{{"v"}, UniformDraw{-1.0, 1.0}}}}; }
 
 // theta of draw `index`, as the check draws it.
 std::vector<double> FindTheta(const GradientCheckReport& report, std::size_t index) {

@@ -10,7 +10,7 @@
 #include <variant>
 
 #include "coordinator/cli/loaded_run.h"
-
+#include "coordinator/cli/variation_table.h"
 namespace knap {
 namespace {
 
@@ -131,6 +131,22 @@ TEST(ProblemFromSceneTest, MostRolloutsCountsEveryEvaluationOfEveryBatch) {
   EXPECT_EQ(CalcMostRollouts(options), 10 * 12);
   options.method = LearningMethod::kDiffHand;
   EXPECT_EQ(CalcMostRollouts(options), 3 * 10 * 5);
+}
+
+TEST(VariationTableTest, ReadsColumnsByName) {
+  EXPECT_EQ(ReadVariationTable("t.csv", "b,other,a\r\n1,x,2\r\n3.5,y,-4e-3", {"a", "b"}),
+            (std::vector<std::vector<double>>{{2.0, 1.0}, {-4e-3, 3.5}}));
+  const auto refusal = [](const std::string& text) {
+    try {
+      ReadVariationTable("t.csv", text, {"a"});
+    } catch (const std::invalid_argument& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(refusal("b\n1\n"), "t.csv:1: no column 'a'");
+  EXPECT_EQ(refusal("a\n"), "t.csv:1: no row follows the names of the columns");
+  EXPECT_EQ(refusal("a\n1\n2 mm\n"), "t.csv:3: column 'a': value '2 mm': expected a number");
 }
 
 }  // namespace

@@ -35,7 +35,7 @@ inline Problem MakeProblem(double noise = 0.02) {
     problem.parameters.lower.push_back(0.0);
     problem.parameters.upper.push_back(i % 2 == 0 ? 1.0 : 0.8);
     problem.parameters.initial.push_back(0.4);
-    problem.variations.push_back({std::string("v").append(std::to_string(i)), UniformDraw{-noise, noise}});
+    problem.variations.push_back({{std::string("v").append(std::to_string(i))}, UniformDraw{-noise, noise}});
   }
   return problem;
 }

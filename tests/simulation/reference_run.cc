@@ -73,7 +73,7 @@ SimulatedProblem MakeSimulatedProblem(std::uint64_t index) {
     made.problem.parameters.upper.push_back(1.0);
     made.problem.parameters.initial.push_back(0.7);
   }
-  made.problem.variations = {{"x", UniformDraw{-0.3, 0.3}}, {"y", UniformDraw{-0.2, 0.5}}};
+  made.problem.variations = {{{"x"}, UniformDraw{-0.3, 0.3}}, {{"y"}, UniformDraw{-0.2, 0.5}}};
   made.options.method = index % 3 == 0   ? LearningMethod::kOurs
                         : index % 3 == 1 ? LearningMethod::kSimpleContinual
                                          : LearningMethod::kDiffHand;

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Writes the tools of the gallery and their cages beside this script. Millimetres.
 
-blade: a bar, x -50..50, front face at y = 0, 10 thick behind it, z 0..20. Its cage is cut at five stations along x: left
-tip, left middle, centre, right middle, right tip. finger: a bar 8 x 8 that hangs from the origin down to z = -40, with a
-cage cut at its ends. Station s has cage vertices 4s..4s+3 (from 0).
+blade: a bar, x -50..50, front face at y = 0, 10 thick behind it, z 0..20. Its cage is cut at five stations along x:
+left tip, left middle, centre, right middle, right tip. finger: a bar 8 x 8 that hangs from the origin down to z = -40,
+with a cage cut at its ends. Station s has cage vertices 4s..4s+3 (from 0).
 """
 import pathlib
 import sys

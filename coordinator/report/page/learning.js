@@ -36,7 +36,8 @@
     const xs = validations.map((one) => one.batch);
     const marks = validations.map((one) => one.best);
     const made = [{ ...common, title: "Validation: mean loss", unit: lossUnit, logarithmic: true,
-      series: [{ name: "a dot: the best so far", style: "task", xs, ys: validations.map((one) => one.loss_mean), marks }] }];
+      series: [{ name: "a dot: the best so far", style: "task", xs, marks,
+        ys: validations.map((one) => one.loss_mean) }] }];
     if (hasSuccess) {
       made.push({ ...common, title: "Validation: share that succeeds", fromZero: true,
         series: [{ name: "a dot: the best so far", style: "best", xs, marks,

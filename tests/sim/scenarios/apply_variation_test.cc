@@ -47,7 +47,7 @@ class Refusal : public testing::TestWithParam<RefusedDraw> {};
 
 TEST_P(Refusal, NamesKeyValueAndReason) {
   Scene scene = ParseEverything();
-  scene.variation = {{GetParam().key, UniformDistribution{}}};
+  scene.variation = {{{GetParam().key}, UniformDistribution{}}};
   try {
     ApplyVariation(scene, std::vector<double>{GetParam().value});
     FAIL() << "allowed";

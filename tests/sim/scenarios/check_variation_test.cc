@@ -93,5 +93,89 @@ TEST(CheckVariation, AllowsWhatFits) {
             "");
 }
 
+// One line of each distribution of several numbers, allowed and refused.
+struct Kind {
+  const char* name;
+  const char* entry;    // with an @ where the error stands
+  const char* message;  // empty: allowed
+};
+
+class Kinds : public testing::TestWithParam<Kind> {};
+
+TEST_P(Kinds, AreCheckedLikeUniformOnes) {
+  std::string place;
+  const std::string errors = ParseWithVariations(std::string("  - {") + GetParam().entry + "}\n", &place);
+  if (std::string(GetParam().message).empty()) {
+    EXPECT_EQ(errors, "");
+  } else {
+    EXPECT_TRUE(errors.starts_with(place) && errors.find(GetParam().message) != std::string::npos) << errors;
+  }
+}
+
+#define POSITION "bodies.pea.initial.position"
+INSTANTIATE_TEST_SUITE_P(
+    All, Kinds,
+    testing::Values(
+        Kind{"LogUniform", "distribution: log_uniform, key: \"contacts[0].friction\", lower: 0.01, upper: 1", ""},
+        Kind{"LogUniformOrder", "distribution: log_uniform, key: \"contacts[0].friction\", lower: @1, upper: 0.5",
+             "must be at most upper, 0.5"},
+        Kind{"LogUniformZero", "distribution: log_uniform, key: \"contacts[0].friction\", lower: @0, upper: 1",
+             "must be more than 0"},
+        Kind{"Choice", "distribution: choice, key: \"contacts[0].friction\", values: [0.1, 0.4]", ""},
+        Kind{"ChoiceRange", "distribution: choice, key: \"contacts[0].friction\", values: @[0.1, -0.4]",
+             "draws reach from -0.4 to 0.1, but the key must be 0 or more"},
+        Kind{"ChoiceUnit", "distribution: choice, key: \"contacts[0].friction\", values: [@1 mm]",
+             "expected a number without a unit"},
+        Kind{"Disc",
+             "distribution: disc, keys: [\"" POSITION "[0]\", \"" POSITION
+             "[1]\"], center: [0 mm, 80 mm], radius: 10 mm",
+             ""},
+        Kind{"DiscKeys", "distribution: disc, keys: @[\"" POSITION "[0]\"], center: [0 mm, 80 mm], radius: 10 mm",
+             "expected exactly 2 elements"},
+        Kind{"DiscUnits",
+             "distribution: disc, keys: [\"" POSITION
+             "[0]\", @\"contacts[0].friction\"], center: [0 mm, 80 mm], radius: 10 mm",
+             "must have the unit of the first key"},
+        Kind{"Ball",
+             "distribution: ball, keys: [\"" POSITION "[0]\", \"" POSITION "[1]\", \"" POSITION
+             "[2]\"], center: [0 mm, 80 mm, 9 mm], radius: 1 mm",
+             ""},
+        Kind{"Orientation",
+             "distribution: orientation, keys: [\"bodies.pea.initial.orientation_rpy[0]\", "
+             "\"bodies.pea.initial.orientation_rpy[1]\", \"bodies.pea.initial.orientation_rpy[2]\"]",
+             ""},
+        Kind{"OrientationOfLengths",
+             "distribution: orientation, keys: [@\"" POSITION "[0]\", \"" POSITION "[1]\", \"" POSITION "[2]\"]",
+             "must be the angles of an orientation"},
+        Kind{"Turn",
+             "distribution: turn, keys: [\"bodies.pea.initial.orientation_rpy[0]\", "
+             "\"bodies.pea.initial.orientation_rpy[1]\", \"bodies.pea.initial.orientation_rpy[2]\"], "
+             "axis: [0, 1, 1], lower: -90 deg, upper: 90 deg",
+             ""},
+        Kind{"TurnWithoutAxis",
+             "distribution: turn, keys: [\"bodies.pea.initial.orientation_rpy[0]\", "
+             "\"bodies.pea.initial.orientation_rpy[1]\", "
+             "\"bodies.pea.initial.orientation_rpy[2]\"], "
+             "axis: @[0, 0, 0], lower: -90 deg, upper: 90 deg",
+             "must not be zero"},
+        Kind{"Correlated",
+             "distribution: correlated, keys: [\"" POSITION "[0]\", \"" POSITION
+             "[1]\"], mean: [0 mm, 80 mm], std: [5 mm, 5 mm], correlation: [0.5]",
+             ""},
+        Kind{"CorrelatedCount",
+             "distribution: correlated, keys: [\"" POSITION "[0]\", \"" POSITION
+             "[1]\"], mean: @[0 mm], std: [5 mm, 5 mm], correlation: [0.5]",
+             "has 1 numbers; 2 are needed for 2 keys"},
+        Kind{"CorrelatedImpossible",
+             "distribution: correlated, keys: [\"" POSITION "[0]\", \"" POSITION "[1]\", \"" POSITION
+             "[2]\"], mean: [0 mm, 80 mm, 9 mm], std: [1 mm, 1 mm, 1 mm], "
+             "correlation: @[0.9, 0.9, -0.9]",
+             "no numbers can have all these correlations"},
+        Kind{"Twice",
+             "distribution: disc, keys: [\"" POSITION "[0]\", @\"" POSITION
+             "[0]\"], center: [0 mm, 80 mm], radius: 10 mm",
+             "already varies, see variation[0]"}),
+    [](const auto& the_case) { return std::string(the_case.param.name); });
+
 }  // namespace
 }  // namespace knap
