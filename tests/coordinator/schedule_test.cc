@@ -320,7 +320,7 @@ TEST(ScheduleTest, BadProblemsAndOptionsAreNamed) {
   problem.parameters.initial[2] = 1.5;
   EXPECT_NE(message_of(problem, MakeOptions()).find("p2: initial value 1.5"), std::string::npos);
   problem = MakeProblem();
-  problem.variations[1].name = "v0";
+  problem.variations[1].names[0] = "v0";
   EXPECT_NE(message_of(problem, MakeOptions()).find("\"v0\" occurs twice"), std::string::npos);
   LearningOptions options = MakeOptions();
   options.batch = 101;

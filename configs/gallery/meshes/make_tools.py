@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Writes the tools of the gallery and their cages beside this script. Millimetres.
 
-blade: a bar, x -50..50, front face at y = 0, 10 thick behind it, z 0..20. Its cage is cut at five stations along x:
-left tip, left middle, centre, right middle, right tip. finger: a bar 8 x 8 that hangs from the origin down to z = -40,
+blade: a bar, x -50..50, 10 thick, z 0..20, whose front face is a little hollow: at y = 0 in the middle, 3 and 10 ahead
+halfway and at the tips. Its cage is cut at five stations along x: left tip, left middle, centre, right middle, right
+tip. finger: a bar 8 x 8 that hangs from the origin down to z = -40,
 with a cage cut at its ends. Station s has cage vertices 4s..4s+3 (from 0).
 """
 import pathlib
@@ -14,13 +15,27 @@ from box_mesh import make_box, spread, spread_between, write_obj  # noqa: E402
 MARGIN = 1  # of the cages around the tools
 
 
+STATIONS = [-50, -25, 0, 25, 50]
+AHEAD = [10, 3, 0, 3, 10]
+
+
+def hollow(vertices):
+    """Moves what lies along x ahead, between the stations in straight lines."""
+    def ahead(x):
+        x = min(max(x, STATIONS[0]), STATIONS[-1])
+        i = min(sum(x >= station for station in STATIONS), len(STATIONS) - 1)
+        share = (x - STATIONS[i - 1]) / (STATIONS[i] - STATIONS[i - 1])
+        return AHEAD[i - 1] + share * (AHEAD[i] - AHEAD[i - 1])
+    return [(x, y + ahead(x), z) for x, y, z in vertices]
+
+
 def write_blade():
-    stations = [-50, -25, 0, 25, 50]
-    xs = spread_between(stations, [10, 10, 10, 10])
-    write_obj(__file__, "blade.obj", "Blade, a plain bar", *make_box(xs, spread(-10, 0, 2), spread(0, 20, 2)))
-    tip = stations[-1] + MARGIN
-    write_obj(__file__, "blade_cage.obj", "Cage of the blade",
-              *make_box([-tip, *stations[1:-1], tip], [-10 - MARGIN, MARGIN], [-MARGIN, 20 + MARGIN]))
+    xs = spread_between(STATIONS, [10, 10, 10, 10])
+    vertices, triangles = make_box(xs, spread(-10, 0, 2), spread(0, 20, 2))
+    write_obj(__file__, "blade.obj", "Blade, a hollow bar", hollow(vertices), triangles)
+    tip = STATIONS[-1] + MARGIN
+    vertices, triangles = make_box([-tip, *STATIONS[1:-1], tip], [-10 - MARGIN, MARGIN], [-MARGIN, 20 + MARGIN])
+    write_obj(__file__, "blade_cage.obj", "Cage of the blade", hollow(vertices), triangles)
 
 
 def turn(vertices):
