@@ -382,7 +382,7 @@ TEST_F(LearnTest, BadUsageExitsWithTwo) {
 TEST_F(LearnTest, DryRunTouchesNothing) {
   const Ended ended = Run({"learn", kConfig, "--dry-run", "--workers", "3"});
   EXPECT_EQ(ended.code, 0) << ended.err;
-  EXPECT_THAT(ended.out, AllOf(HasSubstr("middle_width"), HasSubstr("20 batches of 5"), HasSubstr("2925")));
+  EXPECT_THAT(ended.out, AllOf(HasSubstr("middle_width"), HasSubstr("20 batches of 5"), HasSubstr("3345")));
   EXPECT_FALSE(fs::exists(folder_ / "runs"));
 }
 

@@ -212,15 +212,19 @@ TEST(RunLogsTest, MetricsTimesIncreaseStrictlyAndNumbersReadBack) {
     for (const double time_s : {0.5, 0.5, 0.4, 0.5000011, 0.7, 0.7}) log.Append(time_s, MakeEvaluation(0, 1.0 / 3.0));
     LearningEvaluation rejected = MakeEvaluation(6, std::numeric_limits<double>::infinity());
     rejected.value.accepted = false;
+    BatchValidation validation;
+    validation.test.loss_mean = 0.25;
+    validation.test.success_rate = 0.5;
+    log.SetValidation(validation, true);
     log.Append(0.8, rejected);
   }
   const std::vector<std::string> lines = ReadLines(folder / "metrics.csv");
   ASSERT_EQ(lines.size(), 8u);
   EXPECT_EQ(lines[0],
             "time_s,batch,evaluation,loss,task_loss,distillation_loss,gradient_norm,best_loss,accepted,successes,"
-            "rollouts,untrusted,width,\"depth, left\"");
+            "rollouts,untrusted,validation_loss,validation_success,width,\"depth, left\"");
   EXPECT_EQ(lines[1],
-            "0.500000,1,0,0.3333333333333333,0.3333333333333333,0,0,0.3333333333333333,1,0,5,0,"
+            "0.500000,1,0,0.3333333333333333,0.3333333333333333,0,0,0.3333333333333333,1,0,5,0,,,"
             "0.30000000000000004,-1e-300");
   double last = -1.0;
   for (std::size_t i = 1; i < lines.size(); ++i) {
@@ -230,6 +234,7 @@ TEST(RunLogsTest, MetricsTimesIncreaseStrictlyAndNumbersReadBack) {
   }
   EXPECT_EQ(last, 0.8);
   EXPECT_THAT(lines[7], HasSubstr(",inf,inf,0,0,inf,0,"));
+  EXPECT_THAT(lines[7], HasSubstr(",0.25,0.5,"));
 
   MetricsLog again(folder / "metrics.csv", {"width", "depth"});  // a resumed run repeats its rows
   again.Append(0.1, MakeEvaluation(0, 1.0));

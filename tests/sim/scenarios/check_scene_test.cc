@@ -278,9 +278,8 @@ const SceneErrorCase kContradictions[] = {
     {"VariationOutOfRange", "bodies.pea.initial.position[0]\", distribution: uniform, lower: -20 mm",
      "bodies.pea.shape.radius\", distribution: uniform, lower: @-20 mm",
      "variation[0].lower: value '-20 mm': the key must be more than 0 m"},
-    {"VariationReachesOut", "mean: 0.4", "mean: @0.09",
-     "variation[1].mean: value '0.09': draws reach from -0.010000000000000009 to 0.19, but the key must be from 0 to "
-     "10"},
+    {"VariationReachesOut", "std: 0.05", "std: @0.25",
+     "variation[1].std: value '0.25': draws reach from -0.09999999999999998 to 0.9, but the key must be from 0 to 10"},
     {"BatchOfTooMany", "batch: 2", "batch: @11", "learning.batch: value '11': a batch has at most all 10 variations"},
     {"TooManyDimensions", "dimensions_per_batch: 1", "dimensions_per_batch: @4",
      "learning.dimensions_per_batch: value '4': must be at most the number of design parameters, 3"},

@@ -116,15 +116,15 @@ TEST_P(Kinds, AreCheckedLikeUniformOnes) {
 INSTANTIATE_TEST_SUITE_P(
     All, Kinds,
     testing::Values(
-        Kind{"LogUniform", "distribution: log_uniform, key: \"contacts[0].friction\", lower: 0.01, upper: 1", ""},
-        Kind{"LogUniformOrder", "distribution: log_uniform, key: \"contacts[0].friction\", lower: @1, upper: 0.5",
+        Kind{"LogUniform", "distribution: log_uniform, key: \"contacts[1].friction\", lower: 0.01, upper: 1", ""},
+        Kind{"LogUniformOrder", "distribution: log_uniform, key: \"contacts[1].friction\", lower: @1, upper: 0.5",
              "must be at most upper, 0.5"},
-        Kind{"LogUniformZero", "distribution: log_uniform, key: \"contacts[0].friction\", lower: @0, upper: 1",
+        Kind{"LogUniformZero", "distribution: log_uniform, key: \"contacts[1].friction\", lower: @0, upper: 1",
              "must be more than 0"},
-        Kind{"Choice", "distribution: choice, key: \"contacts[0].friction\", values: [0.1, 0.4]", ""},
-        Kind{"ChoiceRange", "distribution: choice, key: \"contacts[0].friction\", values: @[0.1, -0.4]",
-             "draws reach from -0.4 to 0.1, but the key must be 0 or more"},
-        Kind{"ChoiceUnit", "distribution: choice, key: \"contacts[0].friction\", values: [@1 mm]",
+        Kind{"Choice", "distribution: choice, key: \"contacts[1].friction\", values: [0.1, 0.4]", ""},
+        Kind{"ChoiceRange", "distribution: choice, key: \"contacts[1].friction\", values: @[0.1, -0.4]",
+             "draws reach from -0.4 to 0.1, but the key must be from 0 to 10"},
+        Kind{"ChoiceUnit", "distribution: choice, key: \"contacts[1].friction\", values: [@1 mm]",
              "expected a number without a unit"},
         Kind{"Disc",
              "distribution: disc, keys: [\"" POSITION "[0]\", \"" POSITION
