@@ -38,7 +38,7 @@ bool IsCurved(const ContactGeometry& shape) { return IsRound(shape) || Is<Cylind
 RoundField MakeRound(const ContactGeometry& shape) {
   if (const auto* sphere = std::get_if<SphereGeometry>(&shape)) return {sphere->radius, 0.0, sphere->center};
   const CapsuleGeometry& capsule = std::get<CapsuleGeometry>(shape);
-  return {capsule.radius, capsule.half_length, capsule.center};
+  return {capsule.radius, capsule.half_length, capsule.center, capsule.axis};
 }
 
 // The least half width; infinite where nothing bounds it.
@@ -68,26 +68,26 @@ ContactSide MakeSide(const ContactPair& contact, int touching, double share) {
     if (const auto* sphere = std::get_if<SphereGeometry>(s)) side.rolling_radius = sphere->radius;
   }
   if (const auto* box = std::get_if<BoxGeometry>(&other)) {
-    side.field = PolyhedralField::MakeBox(box->half, box->center);
+    side.field = PolyhedralField::MakeBox(box->half, box->center, box->R);
   } else if (const auto* solid = std::get_if<MeshGeometry>(&other)) {
     side.field = *solid->field;
   } else if (IsRound(other)) {
     side.field = MakeRound(other);
     side.deepest = std::min(side.size, 0.5 * CalcHalfWidth(other));
   } else if (const auto* cylinder = std::get_if<CylinderGeometry>(&other)) {
-    side.field = CylinderField{cylinder->radius, cylinder->half_length, cylinder->center};
+    side.field = CylinderField{cylinder->radius, cylinder->half_length, cylinder->center, cylinder->axis};
     side.deepest = std::min({side.size, 0.5 * cylinder->radius, cylinder->half_length});
   } else {
-    side.field = PolyhedralField::MakeHalfSpace();
+    side.field = PolyhedralField::MakeHalfSpace(std::get<HalfSpaceGeometry>(other).plane);
   }
   if (IsRound(shape)) {
     const RoundField round = MakeRound(shape);
     side.axis = RoundAxis{round.center, round.axis, round.half_length, round.radius};
     if (IsRound(other)) side.deepest = std::min(side.size, 0.5 * (round.radius + CalcHalfWidth(other)));
   } else if (const auto* cylinder = std::get_if<CylinderGeometry>(&shape)) {
-    side.cylinder = SolidCylinder{cylinder->center, Vector3d::UnitZ(), cylinder->half_length, cylinder->radius};
+    side.cylinder = SolidCylinder{cylinder->center, cylinder->axis, cylinder->half_length, cylinder->radius};
   } else if (const auto* box = std::get_if<BoxGeometry>(&shape)) {
-    side.facets = std::make_shared<ContactMesh>(ContactMesh::MakeBox(box->half, box->center));
+    side.facets = std::make_shared<ContactMesh>(ContactMesh::MakeBox(*box));
   } else {
     const MeshGeometry& mesh = std::get<MeshGeometry>(shape);
     side.facets = mesh.mesh;
@@ -96,10 +96,13 @@ ContactSide MakeSide(const ContactPair& contact, int touching, double share) {
   return side;
 }
 
+// Of a half-space.
+const FieldPlane& GetPlane(const DepthField& field) { return std::get<PolyhedralField>(field).planes.front(); }
+
 // Whether a ball in S may reach the field.
 bool MayReach(const PolyhedralField& field, const Vector3d& center, double radius) {
   for (const FieldPlane& plane : field.planes) {
-    if (plane.n.dot(center) - plane.d >= radius) return false;
+    if (plane.CalcHeight(center) >= radius) return false;
   }
   return true;
 }
@@ -206,14 +209,16 @@ NearFacets::NearFacets(const ContactSide& side) {
     field_ = AlignedBox3d(cylinder->center - reach, cylinder->center + reach);
     radius_S_ = (1.0 + 1e-9) * std::hypot(cylinder->half_length, cylinder->radius);
   } else {
-    field_ = std::get<PolyhedralField>(side.field).bounds;
+    const auto& polyhedron = std::get<PolyhedralField>(side.field);
+    plane_ = polyhedron.planes.front();
+    field_ = polyhedron.bounds;
     radius_S_ = field_.isEmpty() ? kInfinity : (1.0 + 1e-9) * 0.5 * field_.diagonal().norm();
   }
 }
 
 bool NearFacets::MayTouch(const Pose& X_WB, const Pose& X_WS) const {
   const Vector3d center = X_WB * center_B_;
-  if (std::isinf(radius_S_)) return (X_WS.R.col(2)).dot(center - X_WS.p) < radius_B_;
+  if (std::isinf(radius_S_)) return plane_.CalcHeight(X_WS.ApplyInverse(center)) < radius_B_;
   const double reach = radius_B_ + radius_S_;
   return (center - X_WS * field_.center()).squaredNorm() <= reach * reach;
 }
@@ -233,7 +238,7 @@ const std::vector<int>& NearFacets::Find(const ContactSide& side, const Pose& X_
     found_.clear();
     for (int i = 0; i < static_cast<int>(side.facets->facets().size()); ++i) {
       const ContactMesh::Ball& ball = side.facets->balls()[i];
-      if ((X_SB * ball.center).z() < ball.radius + margin_) found_.push_back(i);
+      if (plane_.CalcHeight(X_SB * ball.center) < ball.radius + margin_) found_.push_back(i);
     }
     return found_;
   }
@@ -253,7 +258,7 @@ void CalcPatches(const ContactSide& side, NearFacets* near, const Pose& X_SB, Si
   if (side.axis) {
     CalcAxis(side.axis->Move(X_SB), side.field, &out->patches[0], nullptr);
   } else if (side.cylinder) {
-    CalcCylinder(side.cylinder->Move(X_SB), &out->patches[0], nullptr);
+    CalcCylinder(side.cylinder->Move(X_SB), GetPlane(side.field), &out->patches[0], nullptr);
   } else {
     CutNearFacets(side, near, X_SB, &out->facets);
     for (const FacetRegion& region : out->facets.regions) {
@@ -273,7 +278,7 @@ void CalcPatchJacobians(const ContactSide& side, SidePatches* out) {
     if (side.axis) {
       CalcAxis(side.axis->Move(out->X_SB), side.field, &again, &out->jacobians[0]);
     } else {
-      CalcCylinder(side.cylinder->Move(out->X_SB), &again, &out->jacobians[0]);
+      CalcCylinder(side.cylinder->Move(out->X_SB), GetPlane(side.field), &again, &out->jacobians[0]);
     }
     out->jacobians[0].topRows<6>() *= side.modulus;
     return;

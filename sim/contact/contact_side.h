@@ -88,6 +88,7 @@ class NearFacets {
   double radius_B_ = 0.0;
   Eigen::AlignedBox3d field_;  // in S; empty for a half-space
   double radius_S_ = 0.0;      // infinite for a half-space
+  FieldPlane plane_;           // of a half-space
   bool valid_ = false;
   Pose X_BS_;
   double margin_ = 0.0;
