@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <exception>
@@ -45,6 +46,20 @@ void WarnOfFoldedCorners(const std::string& config, const Scene& scene, const Sc
                   CleanText(config), corners.folded, corners.tried, at, corners.fault));
 }
 
+// What a mesh that is not designed touches as.
+void ListPieces(const std::string& config, const Scene& scene, const FixedMeshes& meshes) {
+  for (const auto& [of, mesh] : meshes) {
+    if (mesh.pieces.size() == 1 && mesh.volume_of_pieces == mesh.of_unit_density.mass) continue;
+    const auto body = std::find_if(scene.bodies.begin(), scene.bodies.end(),
+                                   [&name = of.first](const Body& b) { return b.name == name; });
+    const double change = mesh.volume_of_pieces / mesh.of_unit_density.mass - 1.0;
+    WriteOutput(fmt::format(
+        "{}: {} of '{}' is not convex and touches as {}, whose volumes sum up to {:.1f}% {} than its\n",
+        CleanText(config), std::get<MeshShape>(body->shapes[of.second].kind).file, of.first,
+        Count(mesh.pieces.size(), "convex piece"), 100.0 * std::abs(change), change < 0.0 ? "less" : "more"));
+  }
+}
+
 int RunValidate(const ValidateFlags& flags) {
   if (flags.describe) {
     WriteOutput(DescribeSceneFormat());
@@ -55,6 +70,7 @@ int RunValidate(const ValidateFlags& flags) {
   try {
     const RolloutModel model(scenario.files);
     if (HasParameters(scene)) MakeLearningOptions(scene);
+    ListPieces(flags.config, scene, model.meshes());
     if (model.design()) WarnOfFoldedCorners(flags.config, scene, *model.design());
   } catch (const std::exception& error) {
     throw UsageError(fmt::format("{}: {}", flags.config, error.what()));

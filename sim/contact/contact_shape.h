@@ -46,8 +46,9 @@ struct BoxGeometry {
 // A closed mesh whose vertices are given in B.
 struct MeshGeometry {
   std::shared_ptr<const ContactMesh> mesh;
-  bool is_designed = true;                                 // what its vertices do to a loss is asked for
-  std::shared_ptr<const PolyhedralField> field = nullptr;  // of one that is convex and not designed, else null
+  // Of a convex one that is not designed. Null: a designed mesh; what its vertices do to a loss is asked for.
+  std::shared_ptr<const PolyhedralField> field = nullptr;
+  bool IsDesigned() const { return field == nullptr; }
 };
 
 using ContactGeometry =

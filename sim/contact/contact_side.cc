@@ -10,6 +10,8 @@
 
 #include "sim/contact/convex_field.h"
 #include "sim/contact/facet_integrals.h"
+#include "sim/contact/pair_rules.h"
+#include "sim/math/overloaded.h"
 
 namespace knap {
 
@@ -25,15 +27,19 @@ bool Is(const ContactGeometry& shape) {
   return std::holds_alternative<T>(shape);
 }
 
-// A mesh in whose depth nothing can be, since it is designed or not convex.
-bool HasNoField(const ContactGeometry& shape) {
-  const auto* mesh = std::get_if<MeshGeometry>(&shape);
-  return mesh != nullptr && mesh->field == nullptr;
+TouchingKind GetKind(const ContactGeometry& shape) {
+  return std::visit(Overloaded{[](const HalfSpaceGeometry&) { return TouchingKind::kHalfSpace; },
+                               [](const SphereGeometry&) { return TouchingKind::kSphere; },
+                               [](const CapsuleGeometry&) { return TouchingKind::kCapsule; },
+                               [](const CylinderGeometry&) { return TouchingKind::kCylinder; },
+                               [](const BoxGeometry&) { return TouchingKind::kBox; },
+                               [](const MeshGeometry& mesh) {
+                                 return mesh.IsDesigned() ? TouchingKind::kDesignedMesh : TouchingKind::kConvexMesh;
+                               }},
+                    shape);
 }
 
 bool IsRound(const ContactGeometry& shape) { return Is<SphereGeometry>(shape) || Is<CapsuleGeometry>(shape); }
-
-bool IsCurved(const ContactGeometry& shape) { return IsRound(shape) || Is<CylinderGeometry>(shape); }
 
 RoundField MakeRound(const ContactGeometry& shape) {
   if (const auto* sphere = std::get_if<SphereGeometry>(&shape)) return {sphere->radius, 0.0, sphere->center};
@@ -91,7 +97,7 @@ ContactSide MakeSide(const ContactPair& contact, int touching, double share) {
   } else {
     const MeshGeometry& mesh = std::get<MeshGeometry>(shape);
     side.facets = mesh.mesh;
-    side.is_designed = mesh.is_designed;
+    side.is_designed = mesh.IsDesigned();
   }
   return side;
 }
@@ -144,41 +150,19 @@ void CutNearFacets(const ContactSide& side, NearFacets* near, const Pose& X_SB, 
 
 }  // namespace
 
-std::string DescribeMeshPair() {
-  return fmt::format(
-      "two meshes; one has to be a sphere, capsule, cylinder, box or half_space, or convex with at most {} faces and "
-      "not designed",
-      kMostFaces);
-}
-
 std::vector<ContactSide> MakeSides(const std::vector<ContactPair>& contacts) {
   std::vector<ContactSide> sides;
   int next_id = 0;
   for (int i = 0; i < static_cast<int>(contacts.size()); ++i) {
     const ContactPair& contact = contacts[i];
     const auto& [a, b] = contact.shapes;
-    if (Is<HalfSpaceGeometry>(a) && Is<HalfSpaceGeometry>(b)) {
-      throw std::invalid_argument(fmt::format("contact {}: two half-spaces do not touch", i));
+    const PairRule rule = FindPairRule(GetKind(a), GetKind(b));
+    if (rule == PairRule::kNone) {
+      throw std::invalid_argument(fmt::format("contact {}: {}", i, DescribeNoTouch(GetKind(a), GetKind(b))));
     }
-    if (HasNoField(a) && HasNoField(b)) {
-      throw std::invalid_argument(fmt::format("contact {}: {}", i, DescribeMeshPair()));
-    }
-    if ((Is<CylinderGeometry>(a) && IsCurved(b)) || (Is<CylinderGeometry>(b) && IsCurved(a))) {
-      throw std::invalid_argument(fmt::format(
-          "contact {}: a cylinder and a sphere, a capsule or another cylinder; a cylinder touches a half-space, a box "
-          "or a mesh",
-          i));
-    }
-    // What is to have the field comes last.
-    const auto rank = [](const ContactGeometry& shape) {
-      if (HasNoField(shape)) return 0;
-      if (Is<BoxGeometry>(shape) || Is<MeshGeometry>(shape)) return 1;
-      return IsCurved(shape) ? 2 : 3;
-    };
-    const bool both = rank(a) == rank(b);
     for (int touching = 0; touching < 2; ++touching) {
-      if (!both && rank(contact.shapes[touching]) > rank(contact.shapes[1 - touching])) continue;
-      ContactSide& side = sides.emplace_back(MakeSide(contact, touching, both ? 0.5 : 1.0));
+      if (rule == (touching == 0 ? PairRule::kSecond : PairRule::kFirst)) continue;
+      ContactSide& side = sides.emplace_back(MakeSide(contact, touching, rule == PairRule::kBoth ? 0.5 : 1.0));
       side.pair = i;
       side.first_id = next_id;
       next_id += side.num_cells();

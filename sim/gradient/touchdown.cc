@@ -140,7 +140,7 @@ std::optional<Touchdown> FindTouchdown(const ContactPair& contact, const std::ve
   out.bodies[0] = MakeCotangent(contact.bodies[ball], arm_B, w_B, n, by_gap, by_rate);
   out.bodies[1] = MakeCotangent(contact.bodies[1 - ball], arm_S, w_S, n, -by_gap, -by_rate);
   const auto* mesh = std::get_if<MeshGeometry>(&surface);
-  if (mesh != nullptr && mesh->is_designed) {
+  if (mesh != nullptr && mesh->IsDesigned()) {
     const Vector3d bar_p = S.X_WB.R.transpose() * (-by_gap * n - by_rate * n.cross(w_S));
     const Eigen::Vector3i corners = mesh->mesh->triangles()[nearest.triangle];
     for (int i = 0; i < 3; ++i) out.vertices.emplace_back(corners(i), nearest.barycentric(i) * bar_p);

@@ -36,7 +36,7 @@ ContactGeometry MakeShape(int kind, const Pose& X) {
     case 3:
       return BoxGeometry{Vector3d(0.012, 0.008, 0.006), X.p, X.R};
     case 4:
-      return MakeFixedMesh(Move(X, test::MakePyramid()));
+      return *MakeConvexMesh(Move(X, test::MakePyramid()));
     case 5:
       return test::MakeMesh(Move(X, test::MakeWedge()));
     default:
