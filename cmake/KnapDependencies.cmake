@@ -34,6 +34,10 @@ add_library(knap_dep_hacd INTERFACE)
 target_include_directories(knap_dep_hacd SYSTEM INTERFACE ${HACD_INCLUDE_DIR})
 target_link_libraries(knap_dep_hacd INTERFACE ${HACD_LIBRARY})
 
+pkg_check_modules(QHULL REQUIRED IMPORTED_TARGET qhull_r)
+add_library(knap_dep_qhull INTERFACE)
+target_link_libraries(knap_dep_qhull INTERFACE PkgConfig::QHULL)
+
 pkg_check_modules(NLOPT REQUIRED IMPORTED_TARGET nlopt)
 find_path(NLOPT_CXX_INCLUDE_DIR nlopt.hpp REQUIRED)
 find_library(NLOPT_CXX_LIBRARY NAMES nlopt_cxx nlopt REQUIRED)

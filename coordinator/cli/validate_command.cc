@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <exception>
 #include <memory>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "coordinator/cli/exit_codes.h"
@@ -17,6 +17,7 @@
 #include "lcmtypes/wire/text.h"
 #include "sim/rollout/design_corners.h"
 #include "sim/rollout/rollout.h"
+#include "sim/scenarios/check_rules.h"
 #include "sim/scenarios/describe_scene.h"
 
 namespace knap {
@@ -46,17 +47,22 @@ void WarnOfFoldedCorners(const std::string& config, const Scene& scene, const Sc
                   CleanText(config), corners.folded, corners.tried, at, corners.fault));
 }
 
-// What a mesh that is not designed touches as.
+// What meshes touch as that are neither designed nor convex.
 void ListPieces(const std::string& config, const Scene& scene, const FixedMeshes& meshes) {
-  for (const auto& [of, mesh] : meshes) {
-    if (mesh.pieces.size() == 1 && mesh.volume_of_pieces == mesh.of_unit_density.mass) continue;
-    const auto body = std::find_if(scene.bodies.begin(), scene.bodies.end(),
-                                   [&name = of.first](const Body& b) { return b.name == name; });
-    const double change = mesh.volume_of_pieces / mesh.of_unit_density.mass - 1.0;
-    WriteOutput(fmt::format(
-        "{}: {} of '{}' is not convex and touches as {}, whose volumes sum up to {:.1f}% {} than its\n",
-        CleanText(config), std::get<MeshShape>(body->shapes[of.second].kind).file, of.first,
-        Count(mesh.pieces.size(), "convex piece"), 100.0 * std::abs(change), change < 0.0 ? "less" : "more"));
+  for (const auto& [shape, mesh] : meshes) {
+    const auto& [name, index] = shape;
+    const double volume = mesh.of_unit_density.mass;
+    if (mesh.volumes == std::vector<double>{volume}) continue;
+    const Body& body = *FindBody(scene, name);
+    std::string shares;
+    double sum = 0.0;
+    for (const double piece : mesh.volumes) {
+      shares += fmt::format("{}{:.1f}%", shares.empty() ? "" : " + ", 100.0 * piece / volume);
+      sum += piece;
+    }
+    WriteOutput(fmt::format("{}: {} of {} is not convex and touches as {}, of its volume {} = {:.1f}%\n",
+                            CleanText(config), CleanText(std::get<MeshShape>(body.shapes[index].kind).file), name,
+                            Count(mesh.pieces.size(), "convex piece"), shares, 100.0 * sum / volume));
   }
 }
 

@@ -4,7 +4,12 @@
 
 #include <cstddef>
 #include <cstdlib>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
 
+#include "sim/geometry/convex_hull.h"
 #include "sim/geometry/mass_properties.h"
 
 namespace knap {
@@ -19,16 +24,27 @@ constexpr double kConcavity = 10.0;
 constexpr double kCompactness = 1e-4;
 constexpr double kNoVolume = 1e-9;  // of the mesh's: a piece is flat
 
-TriangleMesh GetPiece(HACD::HACD* pieces, std::size_t index) {
-  std::vector<Point> points(pieces->GetNPointsCH(index));
-  std::vector<Corners> corners(pieces->GetNTrianglesCH(index));
-  pieces->GetCH(index, points.data(), corners.data());
-  TriangleMesh out;
-  for (const Point& p : points) out.vertices.emplace_back(p.X(), p.Y(), p.Z());
-  for (const Corners& c : corners) {
-    out.triangles.emplace_back(static_cast<int>(c.X()), static_cast<int>(c.Y()), static_cast<int>(c.Z()));
-  }
-  return out;
+// For each triangle the number of its cluster; it scales and moves `points`.
+std::vector<long> MakeClusters(std::vector<Point>* points, std::vector<Corners>* corners) {
+  HACD::HACD clusters;
+  clusters.SetPoints(points->data());
+  clusters.SetNPoints(points->size());
+  clusters.SetTriangles(corners->data());
+  clusters.SetNTriangles(corners->size());
+  clusters.SetNClusters(1);
+  clusters.SetConcavity(kConcavity);
+  clusters.SetCompacityWeight(kCompactness);
+  clusters.SetVolumeWeight(0.0);
+  clusters.SetConnectDist(0.0);
+  // Without these a patch counts as convex whose hull leaves the mesh elsewhere.
+  clusters.SetAddExtraDistPoints(true);
+  clusters.SetAddNeighboursDistPoints(true);
+  clusters.SetAddFacesPoints(true);
+  // It shakes points that lie in one plane by the C library's random numbers.
+  std::srand(1);
+  clusters.NormalizeData();
+  clusters.Compute(true);
+  return {clusters.GetPartition(), clusters.GetPartition() + corners->size()};
 }
 
 }  // namespace
@@ -38,31 +54,19 @@ std::vector<TriangleMesh> MakeConvexPieces(const TriangleMesh& mesh) {
   for (const Eigen::Vector3d& v : mesh.vertices) points.emplace_back(v.x(), v.y(), v.z());
   std::vector<Corners> corners;
   for (const Eigen::Vector3i& t : mesh.triangles) corners.emplace_back(t[0], t[1], t[2]);
-  HACD::HACD pieces;
-  pieces.SetPoints(points.data());
-  pieces.SetNPoints(points.size());
-  pieces.SetTriangles(corners.data());
-  pieces.SetNTriangles(corners.size());
-  pieces.SetNClusters(1);
-  pieces.SetConcavity(kConcavity);
-  pieces.SetCompacityWeight(kCompactness);
-  pieces.SetVolumeWeight(0.0);
-  pieces.SetConnectDist(0.0);
-  // Without these a patch counts as convex whose hull leaves the mesh elsewhere.
-  pieces.SetAddExtraDistPoints(true);
-  pieces.SetAddNeighboursDistPoints(true);
-  pieces.SetAddFacesPoints(true);
-  // It shakes points that lie in one plane by the C library's random numbers.
-  std::srand(1);
-  pieces.NormalizeData();
-  pieces.Compute(true);
-  pieces.DenormalizeData();
+  const std::vector<long> cluster = MakeClusters(&points, &corners);
+  std::map<long, std::set<int>> vertices;  // of each
+  for (std::size_t i = 0; i < cluster.size(); ++i) {
+    for (const int corner : mesh.triangles[i]) vertices[cluster[i]].insert(corner);
+  }
   const double volume = CalcMassProperties(mesh, 1.0).mass;
   std::vector<TriangleMesh> out;
-  for (std::size_t i = 0; i < pieces.GetNClusters(); ++i) {
-    TriangleMesh piece = GetPiece(&pieces, i);
-    if (piece.triangles.empty() || CalcMassProperties(piece, 1.0).mass < kNoVolume * volume) continue;
-    out.push_back(std::move(piece));
+  for (const auto& [number, of_cluster] : vertices) {
+    std::vector<Eigen::Vector3d> places;
+    for (const int vertex : of_cluster) places.push_back(mesh.vertices[vertex]);
+    std::optional<TriangleMesh> piece = MakeConvexHull(places);
+    if (!piece || CalcMassProperties(*piece, 1.0).mass < kNoVolume * volume) continue;
+    out.push_back(*std::move(piece));
   }
   return out;
 }

@@ -29,14 +29,14 @@ FixedMesh MakeFixedMesh(const TriangleMesh& mesh, const Pose& X_BG) {
   out.of_unit_density = CalcMassProperties(placed, 1.0);
   if (std::optional<MeshGeometry> whole = MakeConvexMesh(placed)) {
     out.pieces.push_back(*std::move(whole));
-    out.volume_of_pieces = out.of_unit_density.mass;
+    out.volumes.push_back(out.of_unit_density.mass);
     return out;
   }
   for (const TriangleMesh& piece : MakeConvexPieces(mesh)) {
     std::optional<MeshGeometry> convex = MakeConvexMesh(Move(X_BG, piece));
     if (!convex) throw std::runtime_error(fmt::format("a piece of it is not convex, or has over {} faces", kMostFaces));
     out.pieces.push_back(*std::move(convex));
-    out.volume_of_pieces += CalcMassProperties(piece, 1.0).mass;
+    out.volumes.push_back(CalcMassProperties(piece, 1.0).mass);
   }
   if (out.pieces.empty()) throw std::runtime_error("cannot be taken apart into convex pieces");
   return out;

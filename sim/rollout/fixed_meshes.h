@@ -19,7 +19,7 @@ namespace knap {
 struct FixedMesh {
   MassProperties of_unit_density;    // of the mesh, at 1 kg/m³
   std::vector<MeshGeometry> pieces;  // with fields: the mesh itself where it is convex
-  double volume_of_pieces = 0.0;     // their sum [m³]
+  std::vector<double> volumes;       // theirs [m³]; they may overlap, and stick out of the mesh
 };
 using FixedMeshes = std::map<std::pair<std::string, std::size_t>, FixedMesh>;  // by the body's name, the shape's number
 

@@ -188,8 +188,8 @@
     };
   }
 
-  // One of the data's shapes, in its body; `detail` counts the bands of a quarter circle. Half-spaces are drawn as grids
-  // instead.
+  // One of the data's shapes, in its body; `detail` counts the bands of a quarter circle. Half-spaces are drawn as
+  // grids instead.
   function fromShape(shape, design, detail) {
     const surface = atOrigin(shape, design, detail);
     return surface && shape.pose ? place(poseOf(shape), surface) : surface;

@@ -130,7 +130,7 @@ TEST(FixedMesh, IsAFileOfTheScenario) {
 TEST(FixedMesh, HasOneUnitInAllVariations) {
   const LoadedScenario scenario =
       Load("trough.yaml",
-           {"variation=[{key: bodies.trough.shapes[0].unit, distribution: uniform, lower: 1 mm, upper: 2 mm}]"});
+           {"variation=[{key: \"bodies.trough.shapes[0].unit\", distribution: uniform, lower: 1 mm, upper: 2 mm}]"});
   EXPECT_THAT(scenario.parsed.FormatErrors(),
               testing::HasSubstr("variation[0].key: value 'bodies.trough.shapes[0].unit': may not vary; "));
 }
@@ -159,7 +159,9 @@ TEST(FixedMesh, GradientOfADesignedMeshOnAConvexOne) {
 name: ridge
 gravity: [0 m/s^2, 0 m/s^2, -9.81 m/s^2]
 bodies:
-  - {name: ridge, joint: {type: fixed, position: [-5 mm, 0 mm, 0 mm]}, shapes: [{type: mesh, file: ridge.obj, unit: 1 mm}]}
+  - name: ridge
+    joint: {type: fixed, position: [-5 mm, 0 mm, 0 mm]}
+    shapes: [{type: mesh, file: ridge.obj, unit: 1 mm}]
   - name: tool
     joint: {type: free}
     shapes: [{type: designed_mesh}]
