@@ -1,5 +1,5 @@
-// Convex pieces that together fill a mesh, more or less. The library HACD merges neighbouring triangles as long as their
-// hull follows them [Mamou & Ghorbel 2009]; the pieces are the hulls of its clusters (convex_hull.h).
+// Convex pieces that together fill a mesh, more or less. The library HACD merges neighbouring triangles as long as
+// their hull follows them [Mamou & Ghorbel 2009]; the pieces are the hulls of its clusters (convex_hull.h).
 #pragma once
 
 #include <vector>
