@@ -123,7 +123,7 @@ TEST(ValidateCommand, ShowsThePiecesOfAMesh) {
   EXPECT_THAT(Validate({trough}),
               testing::StartsWith(trough +
                                   ": trough.obj of trough is not convex and touches as 2 convex pieces, of its "
-                                  "volume 82.0% + 18.0% = 100.0%\n" +
+                                  "volume 18.0% + 82.0% = 100.0%\n" +
                                   trough + ": valid: "));
 }
 
