@@ -10,7 +10,7 @@ knap_root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd)
 knap_packages=(
   g++ cmake ninja-build pkg-config iproute2
   liblcm-dev liblcm-bin liblcm-java libglib2.0-dev default-jdk-headless
-  libeigen3-dev libnlopt-dev libnlopt-cxx-dev libassimp-dev libbullet-dev
+  libeigen3-dev libnlopt-dev libnlopt-cxx-dev libassimp-dev libbullet-dev libbullet-extras-dev libqhull-dev
   libyaml-cpp-dev libcli11-dev libspdlog-dev libfmt-dev nlohmann-json3-dev libsodium-dev
   libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev
 )

@@ -7,6 +7,7 @@
 #include <exception>
 #include <memory>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "coordinator/cli/exit_codes.h"
@@ -16,6 +17,7 @@
 #include "lcmtypes/wire/text.h"
 #include "sim/rollout/design_corners.h"
 #include "sim/rollout/rollout.h"
+#include "sim/scenarios/check_rules.h"
 #include "sim/scenarios/describe_scene.h"
 
 namespace knap {
@@ -45,6 +47,25 @@ void WarnOfFoldedCorners(const std::string& config, const Scene& scene, const Sc
                   CleanText(config), corners.folded, corners.tried, at, corners.fault));
 }
 
+// What meshes touch as that are neither designed nor convex.
+void ListPieces(const std::string& config, const Scene& scene, const FixedMeshes& meshes) {
+  for (const auto& [shape, mesh] : meshes) {
+    const auto& [name, index] = shape;
+    const double volume = mesh.of_unit_density.mass;
+    if (mesh.volumes == std::vector<double>{volume}) continue;
+    const Body& body = *FindBody(scene, name);
+    std::string shares;
+    double sum = 0.0;
+    for (const double piece : mesh.volumes) {
+      shares += fmt::format("{}{:.1f}%", shares.empty() ? "" : " + ", 100.0 * piece / volume);
+      sum += piece;
+    }
+    WriteOutput(fmt::format("{}: {} of {} is not convex and touches as {}, of its volume {} = {:.1f}%\n",
+                            CleanText(config), CleanText(std::get<MeshShape>(body.shapes[index].kind).file), name,
+                            Count(mesh.pieces.size(), "convex piece"), shares, 100.0 * sum / volume));
+  }
+}
+
 int RunValidate(const ValidateFlags& flags) {
   if (flags.describe) {
     WriteOutput(DescribeSceneFormat());
@@ -55,6 +76,7 @@ int RunValidate(const ValidateFlags& flags) {
   try {
     const RolloutModel model(scenario.files);
     if (HasParameters(scene)) MakeLearningOptions(scene);
+    ListPieces(flags.config, scene, model.meshes());
     if (model.design()) WarnOfFoldedCorners(flags.config, scene, *model.design());
   } catch (const std::exception& error) {
     throw UsageError(fmt::format("{}: {}", flags.config, error.what()));

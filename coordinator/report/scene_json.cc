@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "coordinator/report/packed_numbers.h"
+#include "sim/contact/contact_mesh.h"
 #include "sim/math/overloaded.h"
+#include "sim/rollout/build_body.h"
 
 namespace knap {
 namespace {
@@ -65,32 +67,54 @@ Json MakeMeshJson(const ContactMesh& mesh) {
   return {{"type", "mesh"}, {"triangles", PackIntegers(corners)}, {"vertices", {{"initial", Pack(vertices)}}}};
 }
 
+Json MakeJson(const Pose& X) {
+  const Eigen::Quaterniond q(X.R);
+  return {X.p.x(), X.p.y(), X.p.z(), q.w(), q.x(), q.y(), q.z()};
+}
+
+// Of one that is no mesh.
 Json MakeShapeJson(const Shape& shape) {
-  return std::visit(
-      Overloaded{
-          [](const HalfSpaceShape&) -> Json {
-            return {{"type", "half_space"}};
-          },
-          [](const SphereShape& s) -> Json {
-            return {{"type", "sphere"}, {"radius", s.radius}};
-          },
-          [](const CapsuleShape& s) -> Json {
-            return {{"type", "capsule"}, {"radius", s.radius}, {"length", s.length}, {"center", MakeJson(s.center)}};
-          },
-          [](const CylinderShape& s) -> Json {
-            return {{"type", "cylinder"}, {"radius", s.radius}, {"length", s.length}, {"center", MakeJson(s.center)}};
-          },
-          [](const BoxShape& s) -> Json {
-            return {{"type", "box"}, {"size", MakeJson(s.size)}, {"center", MakeJson(s.center)}};
-          },
-          [](const DesignedMeshShape&) -> Json { return nullptr; }, [](const MeshShape&) -> Json { return nullptr; }},
-      shape);
+  Json out = std::visit(Overloaded{[](const HalfSpaceShape&) -> Json {
+                                     return {{"type", "half_space"}};
+                                   },
+                                   [](const SphereShape& s) -> Json {
+                                     return {{"type", "sphere"}, {"radius", s.radius}};
+                                   },
+                                   [](const CapsuleShape& s) -> Json {
+                                     return {{"type", "capsule"}, {"radius", s.radius}, {"length", s.length}};
+                                   },
+                                   [](const CylinderShape& s) -> Json {
+                                     return {{"type", "cylinder"}, {"radius", s.radius}, {"length", s.length}};
+                                   },
+                                   [](const BoxShape& s) -> Json {
+                                     return {{"type", "box"}, {"size", MakeJson(s.size)}};
+                                   },
+                                   [](const DesignedMeshShape&) -> Json { return nullptr; },
+                                   [](const MeshShape&) -> Json { return nullptr; }},
+                        shape.kind);
+  if (!shape.position.isZero(0.0) || !shape.orientation_rpy.isZero(0.0)) out["pose"] = MakeJson(MakePose(shape));
+  return out;
+}
+
+// What a body touches with: of a mesh that is not designed, its pieces.
+Json MakeShapesJson(const RolloutModel& model, const Body& body, const VectorXd& learned) {
+  Json list = Json::array();
+  for (std::size_t i = 0; i < body.shapes.size(); ++i) {
+    if (std::holds_alternative<DesignedMeshShape>(body.shapes[i].kind)) {
+      list.push_back(MakeMeshJson(*model.design()->Find(body.name), *model.design(), learned));
+    } else if (const auto mesh = model.meshes().find({body.name, i}); mesh != model.meshes().end()) {
+      for (const MeshGeometry& piece : mesh->second.pieces) list.push_back(MakeMeshJson(*piece.mesh));
+    } else {
+      list.push_back(MakeShapeJson(body.shapes[i]));
+    }
+  }
+  return list;
 }
 
 Json MakeLinkJson(const Rope& rope) {
   return {{"type", "box"},
           {"size", {rope.pitch - rope.gap, rope.thickness, rope.thickness}},
-          {"center", {0.5 * rope.pitch, 0.0, 0.0}}};
+          {"pose", {0.5 * rope.pitch, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0}}};
 }
 
 }  // namespace
@@ -98,19 +122,7 @@ Json MakeLinkJson(const Rope& rope) {
 Json MakeBodiesJson(const RolloutModel& model, const Recording& recording, const VectorXd& learned) {
   const Scene& scene = model.scene();
   std::vector<Json> shapes;  // in the recording's order
-  for (const Body& body : scene.bodies) {
-    Json list = Json::array();
-    const CageDesign* cage = model.design() ? model.design()->Find(body.name) : nullptr;
-    const auto fixed = model.meshes().find(body.name);
-    if (cage != nullptr) {
-      list.push_back(MakeMeshJson(*cage, *model.design(), learned));
-    } else if (fixed != model.meshes().end()) {
-      list.push_back(MakeMeshJson(*fixed->second.contact.mesh));
-    } else if (body.shape) {
-      list.push_back(MakeShapeJson(*body.shape));
-    }
-    shapes.push_back(std::move(list));
-  }
+  for (const Body& body : scene.bodies) shapes.push_back(MakeShapesJson(model, body, learned));
   for (const Rope& rope : scene.ropes) {
     for (std::int64_t i = 0; i < rope.links; ++i) shapes.push_back(Json::array({MakeLinkJson(rope)}));
   }
@@ -126,9 +138,7 @@ Json MakeFixedPosesJson(const Recording& recording) {
   Json poses = Json::object();
   for (const Recording::Body& body : recording.bodies) {
     if (body.moves) continue;
-    const Pose& X_WB = body.X_WB.front();
-    const Eigen::Quaterniond q(X_WB.R);
-    poses[body.name] = {X_WB.p.x(), X_WB.p.y(), X_WB.p.z(), q.w(), q.x(), q.y(), q.z()};
+    poses[body.name] = MakeJson(body.X_WB.front());
   }
   return poses;
 }

@@ -36,6 +36,7 @@ class AxisSum {
  public:
   AxisSum(const RoundAxis& axis, const DepthField& field, PatchIntegrals* patch, PatchJacobian* jacobian)
       : axis_(axis), round_(std::get_if<RoundField>(&field)), patch_(patch), jacobian_(jacobian) {
+    if (round_ == nullptr) plane_ = &std::get<PolyhedralField>(field).planes.front();
     rho_ = round_ == nullptr ? axis.radius : axis.radius + round_->radius;
     narrower_ = round_ == nullptr ? axis.radius : std::min(axis.radius, round_->radius);
     reduced_ = round_ == nullptr ? axis.radius : axis.radius * round_->radius / rho_;
@@ -107,11 +108,12 @@ class AxisSum {
   Widened Evaluate(const Vector3d& x) const {
     Widened out;
     if (round_ == nullptr) {
-      out.e = axis_.radius - x.z();
-      out.gradient = -Vector3d::UnitZ();
+      const double height = plane_->CalcHeight(x);
+      out.e = axis_.radius - height;
+      out.gradient = -plane_->n;
       out.hessian.setZero();
-      out.contact_dx = Vector3d(1.0, 1.0, 0.0).asDiagonal();
-      out.contact = Vector3d(x.x(), x.y(), 0.0);
+      out.contact_dx = Matrix3d::Identity() - plane_->n * plane_->n.transpose();
+      out.contact = x - height * plane_->n;
       return out;
     }
     const double along = round_->axis.dot(x - round_->center);
@@ -161,7 +163,8 @@ class AxisSum {
   }
 
   const RoundAxis& axis_;
-  const RoundField* round_;
+  const RoundField* round_;  // or
+  const FieldPlane* plane_ = nullptr;
   PatchIntegrals* patch_;
   PatchJacobian* jacobian_;
   double rho_;

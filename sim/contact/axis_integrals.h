@@ -10,7 +10,7 @@
 // A ball's two ends fall together. U hangs on where the axis is alone: nothing brakes a bar along its own axis. Exact:
 // the integrands are polynomials between a few breakpoints. Two round bodies meet with half of E in either direction,
 // so that neither is special. Contact acts at x_C = (r_S x + r y)/ρ, y the nearest point of S's axis; below x on a
-// plane.
+// plane. z is the height over the half-space's plane.
 #pragma once
 
 #include <Eigen/Core>
@@ -31,7 +31,7 @@ struct RoundAxis {
   RoundAxis Move(const Pose& X) const { return {X * center, X.R * direction, half_length, radius}; }
 };
 
-// One patch, E left out. S is the half-space below z = 0 where `field` holds a polyhedron. `jacobian` may be null; both
+// One patch, E left out. A polyhedron in `field` is a half-space. `jacobian` may be null; both
 // are overwritten.
 void CalcAxis(const RoundAxis& axis, const DepthField& field, PatchIntegrals* patch, PatchJacobian* jacobian);
 

@@ -20,19 +20,20 @@ ContactMesh::ContactMesh(const TriangleMesh& mesh)
   }
 }
 
-ContactMesh ContactMesh::MakeBox(const Vector3d& half, const Vector3d& center) {
-  ContactMesh box;
-  box.bounds_ = Eigen::AlignedBox3d(center - half, center + half);
+ContactMesh ContactMesh::MakeBox(const BoxGeometry& box) {
+  ContactMesh out;
+  const Vector3d reach = box.R.cwiseAbs() * box.half;
+  out.bounds_ = Eigen::AlignedBox3d(box.center - reach, box.center + reach);
   for (int i = 0; i < 3; ++i) {
     for (const double side : {1.0, -1.0}) {
-      const Vector3d n = side * half(i) * Vector3d::Unit(i);
-      const Vector3d a = half((i + 1) % 3) * Vector3d::Unit((i + 1) % 3);
-      const Vector3d b = side * half((i + 2) % 3) * Vector3d::Unit((i + 2) % 3);
-      const Vector3d middle = center + n;
-      box.AddFacet(std::array<Vector3d, 4>{middle - a - b, middle + a - b, middle + a + b, middle - a + b});
+      const Vector3d n = side * box.half(i) * box.R.col(i);
+      const Vector3d a = box.half((i + 1) % 3) * box.R.col((i + 1) % 3);
+      const Vector3d b = side * box.half((i + 2) % 3) * box.R.col((i + 2) % 3);
+      const Vector3d middle = box.center + n;
+      out.AddFacet(std::array<Vector3d, 4>{middle - a - b, middle + a - b, middle + a + b, middle - a + b});
     }
   }
-  return box;
+  return out;
 }
 
 void ContactMesh::AddFacet(std::span<const Vector3d> corners) {

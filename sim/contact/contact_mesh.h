@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "sim/contact/contact_shape.h"
 #include "sim/contact/facet_regions.h"
 #include "sim/geometry/triangle_bvh.h"
 #include "sim/geometry/triangle_mesh.h"
@@ -16,8 +17,8 @@ namespace knap {
 class ContactMesh {
  public:
   explicit ContactMesh(const TriangleMesh& mesh);
-  // The six faces of a box, without triangles.
-  static ContactMesh MakeBox(const Eigen::Vector3d& half, const Eigen::Vector3d& center);
+  // The six faces, without triangles.
+  static ContactMesh MakeBox(const BoxGeometry& box);
 
   const std::vector<Facet>& facets() const { return facets_; }
   // A ball around each facet: the middle of its corners' box and the farthest corner's distance.

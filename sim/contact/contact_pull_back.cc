@@ -11,7 +11,7 @@ ContactModel::Cotangents ContactModel::MakeCotangents(int num_bodies) const {
     Eigen::Index count = 0;
     for (const ContactGeometry& shape : contact.shapes) {
       const auto* mesh = std::get_if<MeshGeometry>(&shape);
-      if (mesh != nullptr && mesh->is_designed) count = mesh->mesh->vertex_count();
+      if (mesh != nullptr && mesh->IsDesigned()) count = mesh->mesh->vertex_count();
     }
     out.vertices.push_back(Eigen::Matrix3Xd::Zero(3, count));
   }

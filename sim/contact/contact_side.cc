@@ -10,6 +10,8 @@
 
 #include "sim/contact/convex_field.h"
 #include "sim/contact/facet_integrals.h"
+#include "sim/contact/pair_rules.h"
+#include "sim/math/overloaded.h"
 
 namespace knap {
 
@@ -25,20 +27,24 @@ bool Is(const ContactGeometry& shape) {
   return std::holds_alternative<T>(shape);
 }
 
-// A mesh in whose depth nothing can be, since it is designed or not convex.
-bool HasNoField(const ContactGeometry& shape) {
-  const auto* mesh = std::get_if<MeshGeometry>(&shape);
-  return mesh != nullptr && mesh->field == nullptr;
+TouchingKind GetKind(const ContactGeometry& shape) {
+  return std::visit(Overloaded{[](const HalfSpaceGeometry&) { return TouchingKind::kHalfSpace; },
+                               [](const SphereGeometry&) { return TouchingKind::kSphere; },
+                               [](const CapsuleGeometry&) { return TouchingKind::kCapsule; },
+                               [](const CylinderGeometry&) { return TouchingKind::kCylinder; },
+                               [](const BoxGeometry&) { return TouchingKind::kBox; },
+                               [](const MeshGeometry& mesh) {
+                                 return mesh.IsDesigned() ? TouchingKind::kDesignedMesh : TouchingKind::kConvexMesh;
+                               }},
+                    shape);
 }
 
 bool IsRound(const ContactGeometry& shape) { return Is<SphereGeometry>(shape) || Is<CapsuleGeometry>(shape); }
 
-bool IsCurved(const ContactGeometry& shape) { return IsRound(shape) || Is<CylinderGeometry>(shape); }
-
 RoundField MakeRound(const ContactGeometry& shape) {
   if (const auto* sphere = std::get_if<SphereGeometry>(&shape)) return {sphere->radius, 0.0, sphere->center};
   const CapsuleGeometry& capsule = std::get<CapsuleGeometry>(shape);
-  return {capsule.radius, capsule.half_length, capsule.center};
+  return {capsule.radius, capsule.half_length, capsule.center, capsule.axis};
 }
 
 // The least half width; infinite where nothing bounds it.
@@ -68,38 +74,41 @@ ContactSide MakeSide(const ContactPair& contact, int touching, double share) {
     if (const auto* sphere = std::get_if<SphereGeometry>(s)) side.rolling_radius = sphere->radius;
   }
   if (const auto* box = std::get_if<BoxGeometry>(&other)) {
-    side.field = PolyhedralField::MakeBox(box->half, box->center);
+    side.field = PolyhedralField::MakeBox(box->half, box->center, box->R);
   } else if (const auto* solid = std::get_if<MeshGeometry>(&other)) {
     side.field = *solid->field;
   } else if (IsRound(other)) {
     side.field = MakeRound(other);
     side.deepest = std::min(side.size, 0.5 * CalcHalfWidth(other));
   } else if (const auto* cylinder = std::get_if<CylinderGeometry>(&other)) {
-    side.field = CylinderField{cylinder->radius, cylinder->half_length, cylinder->center};
+    side.field = CylinderField{cylinder->radius, cylinder->half_length, cylinder->center, cylinder->axis};
     side.deepest = std::min({side.size, 0.5 * cylinder->radius, cylinder->half_length});
   } else {
-    side.field = PolyhedralField::MakeHalfSpace();
+    side.field = PolyhedralField::MakeHalfSpace(std::get<HalfSpaceGeometry>(other).plane);
   }
   if (IsRound(shape)) {
     const RoundField round = MakeRound(shape);
     side.axis = RoundAxis{round.center, round.axis, round.half_length, round.radius};
     if (IsRound(other)) side.deepest = std::min(side.size, 0.5 * (round.radius + CalcHalfWidth(other)));
   } else if (const auto* cylinder = std::get_if<CylinderGeometry>(&shape)) {
-    side.cylinder = SolidCylinder{cylinder->center, Vector3d::UnitZ(), cylinder->half_length, cylinder->radius};
+    side.cylinder = SolidCylinder{cylinder->center, cylinder->axis, cylinder->half_length, cylinder->radius};
   } else if (const auto* box = std::get_if<BoxGeometry>(&shape)) {
-    side.facets = std::make_shared<ContactMesh>(ContactMesh::MakeBox(box->half, box->center));
+    side.facets = std::make_shared<ContactMesh>(ContactMesh::MakeBox(*box));
   } else {
     const MeshGeometry& mesh = std::get<MeshGeometry>(shape);
     side.facets = mesh.mesh;
-    side.is_designed = mesh.is_designed;
+    side.is_designed = mesh.IsDesigned();
   }
   return side;
 }
 
+// Of a half-space.
+const FieldPlane& GetPlane(const DepthField& field) { return std::get<PolyhedralField>(field).planes.front(); }
+
 // Whether a ball in S may reach the field.
 bool MayReach(const PolyhedralField& field, const Vector3d& center, double radius) {
   for (const FieldPlane& plane : field.planes) {
-    if (plane.n.dot(center) - plane.d >= radius) return false;
+    if (plane.CalcHeight(center) >= radius) return false;
   }
   return true;
 }
@@ -141,41 +150,19 @@ void CutNearFacets(const ContactSide& side, NearFacets* near, const Pose& X_SB, 
 
 }  // namespace
 
-std::string DescribeMeshPair() {
-  return fmt::format(
-      "two meshes; one has to be a sphere, capsule, cylinder, box or half_space, or convex with at most {} faces and "
-      "not designed",
-      kMostFaces);
-}
-
 std::vector<ContactSide> MakeSides(const std::vector<ContactPair>& contacts) {
   std::vector<ContactSide> sides;
   int next_id = 0;
   for (int i = 0; i < static_cast<int>(contacts.size()); ++i) {
     const ContactPair& contact = contacts[i];
     const auto& [a, b] = contact.shapes;
-    if (Is<HalfSpaceGeometry>(a) && Is<HalfSpaceGeometry>(b)) {
-      throw std::invalid_argument(fmt::format("contact {}: two half-spaces do not touch", i));
+    const PairRule rule = FindPairRule(GetKind(a), GetKind(b));
+    if (rule == PairRule::kNone) {
+      throw std::invalid_argument(fmt::format("contact {}: {}", i, DescribeNoTouch(GetKind(a), GetKind(b))));
     }
-    if (HasNoField(a) && HasNoField(b)) {
-      throw std::invalid_argument(fmt::format("contact {}: {}", i, DescribeMeshPair()));
-    }
-    if ((Is<CylinderGeometry>(a) && IsCurved(b)) || (Is<CylinderGeometry>(b) && IsCurved(a))) {
-      throw std::invalid_argument(fmt::format(
-          "contact {}: a cylinder and a sphere, a capsule or another cylinder; a cylinder touches a half-space, a box "
-          "or a mesh",
-          i));
-    }
-    // What is to have the field comes last.
-    const auto rank = [](const ContactGeometry& shape) {
-      if (HasNoField(shape)) return 0;
-      if (Is<BoxGeometry>(shape) || Is<MeshGeometry>(shape)) return 1;
-      return IsCurved(shape) ? 2 : 3;
-    };
-    const bool both = rank(a) == rank(b);
     for (int touching = 0; touching < 2; ++touching) {
-      if (!both && rank(contact.shapes[touching]) > rank(contact.shapes[1 - touching])) continue;
-      ContactSide& side = sides.emplace_back(MakeSide(contact, touching, both ? 0.5 : 1.0));
+      if (rule == (touching == 0 ? PairRule::kSecond : PairRule::kFirst)) continue;
+      ContactSide& side = sides.emplace_back(MakeSide(contact, touching, rule == PairRule::kBoth ? 0.5 : 1.0));
       side.pair = i;
       side.first_id = next_id;
       next_id += side.num_cells();
@@ -206,14 +193,16 @@ NearFacets::NearFacets(const ContactSide& side) {
     field_ = AlignedBox3d(cylinder->center - reach, cylinder->center + reach);
     radius_S_ = (1.0 + 1e-9) * std::hypot(cylinder->half_length, cylinder->radius);
   } else {
-    field_ = std::get<PolyhedralField>(side.field).bounds;
+    const auto& polyhedron = std::get<PolyhedralField>(side.field);
+    plane_ = polyhedron.planes.front();
+    field_ = polyhedron.bounds;
     radius_S_ = field_.isEmpty() ? kInfinity : (1.0 + 1e-9) * 0.5 * field_.diagonal().norm();
   }
 }
 
 bool NearFacets::MayTouch(const Pose& X_WB, const Pose& X_WS) const {
   const Vector3d center = X_WB * center_B_;
-  if (std::isinf(radius_S_)) return (X_WS.R.col(2)).dot(center - X_WS.p) < radius_B_;
+  if (std::isinf(radius_S_)) return plane_.CalcHeight(X_WS.ApplyInverse(center)) < radius_B_;
   const double reach = radius_B_ + radius_S_;
   return (center - X_WS * field_.center()).squaredNorm() <= reach * reach;
 }
@@ -233,7 +222,7 @@ const std::vector<int>& NearFacets::Find(const ContactSide& side, const Pose& X_
     found_.clear();
     for (int i = 0; i < static_cast<int>(side.facets->facets().size()); ++i) {
       const ContactMesh::Ball& ball = side.facets->balls()[i];
-      if ((X_SB * ball.center).z() < ball.radius + margin_) found_.push_back(i);
+      if (plane_.CalcHeight(X_SB * ball.center) < ball.radius + margin_) found_.push_back(i);
     }
     return found_;
   }
@@ -253,7 +242,7 @@ void CalcPatches(const ContactSide& side, NearFacets* near, const Pose& X_SB, Si
   if (side.axis) {
     CalcAxis(side.axis->Move(X_SB), side.field, &out->patches[0], nullptr);
   } else if (side.cylinder) {
-    CalcCylinder(side.cylinder->Move(X_SB), &out->patches[0], nullptr);
+    CalcCylinder(side.cylinder->Move(X_SB), GetPlane(side.field), &out->patches[0], nullptr);
   } else {
     CutNearFacets(side, near, X_SB, &out->facets);
     for (const FacetRegion& region : out->facets.regions) {
@@ -273,7 +262,7 @@ void CalcPatchJacobians(const ContactSide& side, SidePatches* out) {
     if (side.axis) {
       CalcAxis(side.axis->Move(out->X_SB), side.field, &again, &out->jacobians[0]);
     } else {
-      CalcCylinder(side.cylinder->Move(out->X_SB), &again, &out->jacobians[0]);
+      CalcCylinder(side.cylinder->Move(out->X_SB), GetPlane(side.field), &again, &out->jacobians[0]);
     }
     out->jacobians[0].topRows<6>() *= side.modulus;
     return;

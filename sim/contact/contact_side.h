@@ -4,8 +4,8 @@
 //   a sphere or a capsule                in a half-space's or a round body's field: its axis      (axis_integrals.h)
 //   a cylinder                           in a half-space's field: its surface                 (cylinder_integrals.h)
 //
-// and the table of pairs, with the share of the modulus E that each direction has. A mesh is one that is designed or
-// not convex; a hull is a convex mesh that is not designed, which has a field (convex_field.h):
+// and what the pairs of pair_rules.h are, with the share of the modulus E that each direction has. A mesh is one
+// without a field, as designed ones are; a hull is a convex mesh that is not designed (convex_field.h):
 //
 //   any shape and a half-space             the shape in the half-space's field, E
 //   mesh and sphere, capsule, cylinder, box, hull
@@ -14,8 +14,6 @@
 //                                          the box or hull in the shape's field, E
 //   box or hull and box or hull            each in the other's field, E/2
 //   round and round                        each in the other's field, E/2
-//
-// Two meshes, two half-spaces, and a cylinder and a round body or another cylinder do not touch one another.
 #pragma once
 
 #include <Eigen/Dense>
@@ -59,9 +57,6 @@ struct ContactSide {
   int num_cells() const { return CountCells(field); }
 };
 
-// What is wrong with a contact of two meshes without a field: which other shapes one of them could have.
-std::string DescribeMeshPair();
-
 // In the order of the contacts. Throws std::invalid_argument naming the contact's number for what does not touch.
 std::vector<ContactSide> MakeSides(const std::vector<ContactPair>& contacts);
 
@@ -88,6 +83,7 @@ class NearFacets {
   double radius_B_ = 0.0;
   Eigen::AlignedBox3d field_;  // in S; empty for a half-space
   double radius_S_ = 0.0;      // infinite for a half-space
+  FieldPlane plane_;           // of a half-space
   bool valid_ = false;
   Pose X_BS_;
   double margin_ = 0.0;

@@ -109,12 +109,10 @@ std::optional<PolyhedralField> MakeConvexField(const TriangleMesh& mesh) {
   return field;
 }
 
-MeshGeometry MakeFixedMesh(const TriangleMesh& mesh) {
-  MeshGeometry geometry{std::make_shared<ContactMesh>(mesh), false};
-  if (std::optional<PolyhedralField> field = MakeConvexField(mesh)) {
-    geometry.field = std::make_shared<PolyhedralField>(*std::move(field));
-  }
-  return geometry;
+std::optional<MeshGeometry> MakeConvexMesh(const TriangleMesh& mesh) {
+  std::optional<PolyhedralField> field = MakeConvexField(mesh);
+  if (!field) return std::nullopt;
+  return MeshGeometry{std::make_shared<ContactMesh>(mesh), std::make_shared<PolyhedralField>(*std::move(field))};
 }
 
 }  // namespace knap

@@ -19,7 +19,7 @@ namespace knap {
 inline constexpr int kMostFaces = 1000;
 std::optional<PolyhedralField> MakeConvexField(const TriangleMesh& mesh);
 
-// What a body touches with whose mesh no design shapes: with a field where there is one.
-MeshGeometry MakeFixedMesh(const TriangleMesh& mesh);
+// What a body touches with that has such a mesh, which no design shapes; empty likewise.
+std::optional<MeshGeometry> MakeConvexMesh(const TriangleMesh& mesh);
 
 }  // namespace knap

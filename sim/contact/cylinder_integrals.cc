@@ -23,8 +23,8 @@ constexpr double kLongestPiece = 0.25 * std::numbers::pi;  // over which eight p
 
 class CylinderSum {
  public:
-  CylinderSum(const SolidCylinder& cylinder, PatchIntegrals* patch, PatchJacobian* jacobian)
-      : cylinder_(cylinder), patch_(patch), jacobian_(jacobian) {}
+  CylinderSum(const SolidCylinder& cylinder, const FieldPlane& ground, PatchIntegrals* patch, PatchJacobian* jacobian)
+      : cylinder_(cylinder), ground_(ground), patch_(patch), jacobian_(jacobian) {}
 
   void Run() {
     for (const double end : {1.0, -1.0}) AddEnd(end);
@@ -40,25 +40,27 @@ class CylinderSum {
     f.o = cylinder_.center + end * cylinder_.half_length * cylinder_.direction;
     f.n = end * cylinder_.direction;
     // w runs level, and u up or down: the water line is straight across u.
-    const Vector3d level = Vector3d::UnitZ().cross(f.n);
+    const Vector3d level = ground_.n.cross(f.n);
     f.m = level.norm() > 1e-12 ? Vector3d(level.normalized()) : f.n.unitOrthogonal();
     f.t = f.m.cross(f.n);
-    const double slope = f.t.z();  // e = −(o.z + slope u)
+    const double height = ground_.CalcHeight(f.o);
+    const double slope = ground_.n.dot(f.t);  // e = −(height + slope u)
     double low = -r;
     double high = r;
-    if (std::abs(slope) * r <= std::abs(f.o.z())) {
-      if (f.o.z() > 0.0) return;
+    if (std::abs(slope) * r <= std::abs(height)) {
+      if (height > 0.0) return;
     } else if (slope > 0.0) {
-      high = -f.o.z() / slope;
+      high = -height / slope;
     } else {
-      low = -f.o.z() / slope;
+      low = -height / slope;
     }
     const std::array<Eigen::Vector2d, 4> polygon = {Eigen::Vector2d(low, -r), Eigen::Vector2d(high, -r),
                                                     Eigen::Vector2d(high, r), Eigen::Vector2d(low, r)};
     region.moments = CalcConicMoments(polygon, Conic::Around(r * r, 1.0, 0.0));
     if (!(region.moments.area() > 0.0)) return;
-    region.field.e << -f.o.z(), -slope, -f.m.z(), 0.0, 0.0, 0.0;  // m is level up to rounding, or e is all but even
-    region.field.gradient << -Vector3d::UnitZ(), Vector3d::Zero(), Vector3d::Zero();
+    // m is level up to rounding, or e is all but even.
+    region.field.e << -height, -slope, -ground_.n.dot(f.m), 0.0, 0.0, 0.0;
+    region.field.gradient << -ground_.n, Vector3d::Zero(), Vector3d::Zero();
     region.field.linear = true;
     AddRegion(region, patch_);
     if (jacobian_ != nullptr) AddRegionJacobian(region, {}, jacobian_);
@@ -66,10 +68,11 @@ class CylinderSum {
 
   void AddSide() {
     const Vector3d& a = cylinder_.direction;
-    const double upright = a.z();
-    const double across = std::hypot(a.x(), a.y());
+    const double upright = ground_.n.dot(a);
+    const Vector3d level = ground_.n.cross(a);
+    const double across = level.norm();
     // The normal that points up most, and the level one.
-    level_ = across > 1e-12 ? Vector3d(Vector3d::UnitZ().cross(a) / across) : Vector3d(a.unitOrthogonal());
+    level_ = across > 1e-12 ? Vector3d(level / across) : Vector3d(a.unitOrthogonal());
     up_ = a.cross(level_);
     const double r = cylinder_.radius;
     const double H = cylinder_.half_length;
@@ -77,8 +80,9 @@ class CylinderSum {
     std::array<double, 4> breaks = {0.0, std::numbers::pi, std::numbers::pi, std::numbers::pi};
     int count = 1;
     for (const double end : {1.0, -1.0}) {
-      const double z = cylinder_.center.z() + end * H * upright;
-      if (std::abs(z) < r * up_.z()) breaks[count++] = std::acos(-z / (r * up_.z()));
+      const double height = ground_.CalcHeight(cylinder_.center) + end * H * upright;
+      const double swing = r * ground_.n.dot(up_);
+      if (std::abs(height) < swing) breaks[count++] = std::acos(-height / swing);
     }
     std::sort(breaks.begin(), breaks.end());
     for (int k = 0; k < 3; ++k) {
@@ -100,16 +104,17 @@ class CylinderSum {
   void AddLine(double cosine, double sine, double width) {
     const Vector3d n = cosine * up_ + sine * level_;
     const Vector3d middle = cylinder_.center + cylinder_.radius * n;
-    const double slope = cylinder_.direction.z();
+    const double height = ground_.CalcHeight(middle);
+    const double slope = ground_.n.dot(cylinder_.direction);
     double begin = -cylinder_.half_length;
     double end = cylinder_.half_length;
-    // Below the plane: middle.z + slope s < 0.
-    if (std::abs(slope) * cylinder_.half_length <= std::abs(middle.z())) {
-      if (middle.z() >= 0.0) return;
+    // Below the plane: height + slope s < 0.
+    if (std::abs(slope) * cylinder_.half_length <= std::abs(height)) {
+      if (height >= 0.0) return;
     } else if (slope > 0.0) {
-      end = -middle.z() / slope;
+      end = -height / slope;
     } else {
-      begin = -middle.z() / slope;
+      begin = -height / slope;
     }
     const double half = 0.5 * (end - begin);
     for (const double at : {-kLineAt, kLineAt}) {
@@ -118,7 +123,7 @@ class CylinderSum {
   }
 
   void Add(const Vector3d& x, const Vector3d& n, double dA) {
-    const double e_dA = -x.z() * dA;
+    const double e_dA = -ground_.CalcHeight(x) * dA;
     patch_->F -= e_dA * n;
     patch_->M -= e_dA * x.cross(n);
     patch_->W += e_dA;
@@ -127,7 +132,7 @@ class CylinderSum {
     if (jacobian_ == nullptr) return;
     // How e moves with the cylinder; FinishJacobian turns and shifts what it presses on.
     Eigen::Matrix<double, 1, 6> rate;
-    rate << x.cross(-Vector3d::UnitZ()).transpose(), -Vector3d::UnitZ().transpose();
+    rate << -x.cross(ground_.n).transpose(), -ground_.n.transpose();
     rate *= dA;
     jacobian_->topRows<3>().noalias() -= n * rate;
     jacobian_->middleRows<3>(3).noalias() -= x.cross(n) * rate;
@@ -140,6 +145,7 @@ class CylinderSum {
   }
 
   const SolidCylinder& cylinder_;
+  const FieldPlane& ground_;
   PatchIntegrals* patch_;
   PatchJacobian* jacobian_;
   Vector3d up_, level_;
@@ -147,14 +153,16 @@ class CylinderSum {
 
 }  // namespace
 
-void CalcCylinder(const SolidCylinder& cylinder, PatchIntegrals* patch, PatchJacobian* jacobian) {
+void CalcCylinder(const SolidCylinder& cylinder, const FieldPlane& ground, PatchIntegrals* patch,
+                  PatchJacobian* jacobian) {
   *patch = PatchIntegrals{};
   if (jacobian != nullptr) jacobian->setZero();
-  const double reach = cylinder.half_length * std::abs(cylinder.direction.z()) +
-                       cylinder.radius * std::hypot(cylinder.direction.x(), cylinder.direction.y());
-  if (cylinder.center.z() - reach >= 0.0) return;
-  CylinderSum(cylinder, patch, jacobian).Run();
-  patch->depth = reach - cylinder.center.z();
+  const double reach = cylinder.half_length * std::abs(ground.n.dot(cylinder.direction)) +
+                       cylinder.radius * ground.n.cross(cylinder.direction).norm();
+  const double height = ground.CalcHeight(cylinder.center);
+  if (height - reach >= 0.0) return;
+  CylinderSum(cylinder, ground, patch, jacobian).Run();
+  patch->depth = reach - height;
 }
 
 }  // namespace knap

@@ -1,6 +1,6 @@
 // The surface of a solid cylinder with flat ends in the depth field of a half-space.
 //
-//   F = −∫ e n dA   M = −∫ e x × n dA   W = ∫ e dA   m1 = ∫ e x dA   m2 = ∫ e x xᵀ dA      e = −z > 0, n outward
+//   F = −∫ e n dA   M = −∫ e x × n dA   W = ∫ e dA   m1 = ∫ e x dA   m2 = ∫ e x xᵀ dA      e > 0 the depth, n outward
 //
 // over the ends, plane regions within a circle (planar_moments.h), and the side, whose lines along the axis are summed
 // by Gauss's rule in the angle between the places where the surface of the half-space passes an end of the line: along
@@ -10,6 +10,7 @@
 
 #include <Eigen/Core>
 
+#include "sim/contact/depth_field.h"
 #include "sim/contact/patch_integrals.h"
 #include "sim/math/spatial.h"
 
@@ -24,7 +25,8 @@ struct SolidCylinder {
   SolidCylinder Move(const Pose& X) const { return {X * center, X.R * direction, half_length, radius}; }
 };
 
-// One patch, E left out, of a cylinder in S, solid below z = 0. `jacobian` may be null; both are overwritten.
-void CalcCylinder(const SolidCylinder& cylinder, PatchIntegrals* patch, PatchJacobian* jacobian);
+// One patch, E left out, of a cylinder in a half-space, both in S. `jacobian` may be null; both are overwritten.
+void CalcCylinder(const SolidCylinder& cylinder, const FieldPlane& ground, PatchIntegrals* patch,
+                  PatchJacobian* jacobian);
 
 }  // namespace knap

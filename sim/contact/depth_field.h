@@ -22,6 +22,7 @@ namespace knap {
 struct FieldPlane {
   Eigen::Vector3d n;
   double d = 0.0;
+  double CalcHeight(const Eigen::Vector3d& x) const { return n.dot(x) - d; }
 };
 
 struct PolyhedralField {
@@ -29,8 +30,10 @@ struct PolyhedralField {
   Eigen::AlignedBox3d bounds;                                // around the solid; empty where nothing bounds it
   double deepest = std::numeric_limits<double>::infinity();  // the largest e [m]
 
-  static PolyhedralField MakeHalfSpace();  // solid below z = 0
-  static PolyhedralField MakeBox(const Eigen::Vector3d& half, const Eigen::Vector3d& center);
+  static PolyhedralField MakeHalfSpace(const FieldPlane& plane = {Eigen::Vector3d::UnitZ(), 0.0});
+  // Along the columns of R.
+  static PolyhedralField MakeBox(const Eigen::Vector3d& half, const Eigen::Vector3d& center,
+                                 const Eigen::Matrix3d& R = Eigen::Matrix3d::Identity());
 };
 
 // A sphere where half_length is 0.

@@ -59,41 +59,43 @@ Vector3d FindOnTriangle(const std::array<Vector3d, 3>& v, const Vector3d& c) {
 }
 
 NearestPoint FindNearest(const ContactGeometry& shape, const Vector3d& c) {
-  return std::visit(Overloaded{[&](const HalfSpaceGeometry&) { return NearestPoint{Vector3d(c.x(), c.y(), 0.0)}; },
-                               [](const SphereGeometry& s) {
-                                 return NearestPoint{s.center, s.radius};
-                               },
-                               [&](const CapsuleGeometry& s) {
-                                 const double z = std::clamp(c.z() - s.center.z(), -s.half_length, s.half_length);
-                                 return NearestPoint{s.center + z * Vector3d::UnitZ(), s.radius};
-                               },
-                               [&](const CylinderGeometry& s) {
-                                 const Vector3d d = c - s.center;
-                                 Eigen::Vector2d across = d.head<2>();
-                                 if (across.norm() > s.radius) across *= s.radius / across.norm();
-                                 const double z = std::clamp(d.z(), -s.half_length, s.half_length);
-                                 return NearestPoint{s.center + Vector3d(across.x(), across.y(), z)};
-                               },
-                               [&](const BoxGeometry& s) {
-                                 return NearestPoint{s.center + (c - s.center).cwiseMax(-s.half).cwiseMin(s.half)};
-                               },
-                               [&](const MeshGeometry& s) {
-                                 NearestPoint nearest;
-                                 double least = std::numeric_limits<double>::infinity();
-                                 const std::vector<Facet>& facets = s.mesh->facets();
-                                 for (int t = 0; t < static_cast<int>(facets.size()); ++t) {
-                                   const Facet& facet = facets[t];
-                                   const std::array<Vector3d, 3> v{facet.Place(0), facet.Place(1), facet.Place(2)};
-                                   const Vector3d b = FindOnTriangle(v, c);
-                                   const Vector3d p = b(0) * v[0] + b(1) * v[1] + b(2) * v[2];
-                                   const double distance = (c - p).squaredNorm();
-                                   if (distance >= least) continue;
-                                   least = distance;
-                                   nearest = {p, 0.0, t, b};
-                                 }
-                                 return nearest;
-                               }},
-                    shape);
+  return std::visit(
+      Overloaded{[&](const HalfSpaceGeometry& s) { return NearestPoint{c - s.plane.CalcHeight(c) * s.plane.n}; },
+                 [](const SphereGeometry& s) {
+                   return NearestPoint{s.center, s.radius};
+                 },
+                 [&](const CapsuleGeometry& s) {
+                   const double along = std::clamp(s.axis.dot(c - s.center), -s.half_length, s.half_length);
+                   return NearestPoint{s.center + along * s.axis, s.radius};
+                 },
+                 [&](const CylinderGeometry& s) {
+                   const Vector3d d = c - s.center;
+                   const double along = s.axis.dot(d);
+                   Vector3d across = d - along * s.axis;
+                   if (across.norm() > s.radius) across *= s.radius / across.norm();
+                   return NearestPoint{s.center + across + std::clamp(along, -s.half_length, s.half_length) * s.axis};
+                 },
+                 [&](const BoxGeometry& s) {
+                   const Vector3d d = s.R.transpose() * (c - s.center);
+                   return NearestPoint{s.center + s.R * d.cwiseMax(-s.half).cwiseMin(s.half)};
+                 },
+                 [&](const MeshGeometry& s) {
+                   NearestPoint nearest;
+                   double least = std::numeric_limits<double>::infinity();
+                   const std::vector<Facet>& facets = s.mesh->facets();
+                   for (int t = 0; t < static_cast<int>(facets.size()); ++t) {
+                     const Facet& facet = facets[t];
+                     const std::array<Vector3d, 3> v{facet.Place(0), facet.Place(1), facet.Place(2)};
+                     const Vector3d b = FindOnTriangle(v, c);
+                     const Vector3d p = b(0) * v[0] + b(1) * v[1] + b(2) * v[2];
+                     const double distance = (c - p).squaredNorm();
+                     if (distance >= least) continue;
+                     least = distance;
+                     nearest = {p, 0.0, t, b};
+                   }
+                   return nearest;
+                 }},
+      shape);
 }
 
 // Of a point of a body that lies `arm` from its origin: cotangents of n·(its place) and n·(its velocity).
@@ -138,7 +140,7 @@ std::optional<Touchdown> FindTouchdown(const ContactPair& contact, const std::ve
   out.bodies[0] = MakeCotangent(contact.bodies[ball], arm_B, w_B, n, by_gap, by_rate);
   out.bodies[1] = MakeCotangent(contact.bodies[1 - ball], arm_S, w_S, n, -by_gap, -by_rate);
   const auto* mesh = std::get_if<MeshGeometry>(&surface);
-  if (mesh != nullptr && mesh->is_designed) {
+  if (mesh != nullptr && mesh->IsDesigned()) {
     const Vector3d bar_p = S.X_WB.R.transpose() * (-by_gap * n - by_rate * n.cross(w_S));
     const Eigen::Vector3i corners = mesh->mesh->triangles()[nearest.triangle];
     for (int i = 0; i < 3; ++i) out.vertices.emplace_back(corners(i), nearest.barycentric(i) * bar_p);

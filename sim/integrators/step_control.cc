@@ -40,25 +40,25 @@ double CalcBallRadius(const Matrix6d& M) {
 StepControl::Ball StepControl::Enclose(const ContactGeometry& shape) {
   return std::visit(
       Overloaded{
-          [](const HalfSpaceGeometry&) {
-            return Ball{true, false, Vector3d::Zero(), 0.0, kInfinity};
+          [](const HalfSpaceGeometry& s) {
+            return Ball{s.plane, false, Vector3d::Zero(), 0.0, kInfinity};
           },
           [](const SphereGeometry& s) {
-            return Ball{false, s.center.isZero(0.0), s.center, s.radius, s.radius};
+            return Ball{{}, s.center.isZero(0.0), s.center, s.radius, s.radius};
           },
           [](const CapsuleGeometry& s) {
-            return Ball{false, false, s.center, s.radius + s.half_length, s.radius};
+            return Ball{{}, false, s.center, s.radius + s.half_length, s.radius};
           },
           [](const CylinderGeometry& s) {
-            return Ball{false, false, s.center, std::hypot(s.half_length, s.radius), std::min(s.half_length, s.radius)};
+            return Ball{{}, false, s.center, std::hypot(s.half_length, s.radius), std::min(s.half_length, s.radius)};
           },
           [](const BoxGeometry& s) {
-            return Ball{false, false, s.center, s.half.norm(), s.half.minCoeff()};
+            return Ball{{}, false, s.center, s.half.norm(), s.half.minCoeff()};
           },
           [](const MeshGeometry& s) {
             const Eigen::AlignedBox3d& box = s.mesh->bounds();
             const double half_width = s.field ? s.field->deepest : 0.5 * box.sizes().minCoeff();
-            return Ball{false, false, box.center(), 0.5 * box.diagonal().norm(), half_width};
+            return Ball{{}, false, box.center(), 0.5 * box.diagonal().norm(), half_width};
           }},
       shape);
 }
@@ -80,7 +80,7 @@ StepControl::StepControl(const Tree& tree, const std::vector<ContactPair>& conta
       if (tree.IsDynamic(contact.bodies[side])) length_ = std::min(length_, pair.ball[side].half_width);
     }
     // The half-space, if there is one, second.
-    if (pair.ball[0].infinite) {
+    if (pair.ball[0].plane) {
       std::swap(pair.body[0], pair.body[1]);
       std::swap(pair.ball[0], pair.ball[1]);
     }
@@ -143,10 +143,9 @@ double StepControl::CalcLongestStep(const std::vector<BodyKinematics>& kinematic
     const Vector3d w = B.X_WB.R * B.V.head<3>() - S.X_WB.R * S.V.head<3>();
     double closing = pair.ball[0].round ? 0.0 : w.norm() * pair.ball[0].radius;
     double gap = 0.0;
-    if (pair.ball[1].infinite) {
-      const Vector3d n = S.X_WB.R.col(2);
-      closing -= n.dot(u);
-      gap = n.dot(c_W - S.X_WB.p) - pair.ball[0].radius;
+    if (pair.ball[1].plane) {
+      closing -= (S.X_WB.R * pair.ball[1].plane->n).dot(u);
+      gap = pair.ball[1].plane->CalcHeight(S.X_WB.ApplyInverse(c_W)) - pair.ball[0].radius;
     } else {
       closing += u.norm();
       gap = (c_W - S.X_WB * pair.ball[1].center).norm() - pair.ball[0].radius - pair.ball[1].radius;

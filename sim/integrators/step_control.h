@@ -18,6 +18,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <optional>
 #include <vector>
 
 #include "sim/contact/contact_side.h"
@@ -59,7 +60,7 @@ class StepControl {
     bool turns = false;
   };
   struct Ball {
-    bool infinite = false;                             // a half-space
+    std::optional<FieldPlane> plane;                   // of a half-space
     bool round = false;                                // turning moves no point of its surface
     Eigen::Vector3d center = Eigen::Vector3d::Zero();  // in the body [m]
     double radius = 0.0;

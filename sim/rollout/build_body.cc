@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstddef>
 #include <numbers>
 #include <optional>
 #include <stdexcept>
@@ -10,6 +11,7 @@
 
 #include "sim/math/overloaded.h"
 #include "sim/math/so3.h"
+#include "sim/scenarios/check_rules.h"
 
 namespace knap {
 
@@ -22,74 +24,97 @@ Matrix3d RotationFromRpy(const Vector3d& rpy) {
       .toRotationMatrix();
 }
 
+Pose MakePose(const Shape& shape) { return {RotationFromRpy(shape.orientation_rpy), shape.position}; }
+
 namespace {
 
-// A body that fills its shape with unit density.
-struct UnitBody {
+// A shape that is filled evenly, in B.
+struct Solid {
   double volume = 0.0;  // [m³]
   Vector3d center = Vector3d::Zero();
-  Vector3d moments_per_mass = Vector3d::Zero();  // about the centre [m²]
+  Matrix3d inertia_per_mass = Matrix3d::Zero();  // about the centre [m²]
 };
 
-std::optional<UnitBody> MakeUnitBody(const std::optional<Shape>& shape) {
-  if (!shape) return {};
-  if (const auto* sphere = std::get_if<SphereShape>(&*shape)) {
-    const double r = sphere->radius;
-    return UnitBody{4.0 / 3.0 * std::numbers::pi * r * r * r, Vector3d::Zero(), Vector3d::Constant(0.4 * r * r)};
+// Of a shape around Go, with the axes of G as principal ones.
+std::optional<Solid> MakeSolid(double volume, const Vector3d& moments_per_mass, const Pose& X_BG) {
+  return Solid{volume, X_BG.p, X_BG.R * moments_per_mass.asDiagonal() * X_BG.R.transpose()};
+}
+
+std::optional<Solid> FillShape(const Shape& shape, const MassProperties* of_unit_density) {
+  const Pose X_BG = MakePose(shape);
+  const auto fill_mesh = [&]() -> std::optional<Solid> {
+    const double volume = of_unit_density->mass;
+    return Solid{volume, of_unit_density->CalcCenter(), of_unit_density->CalcCentralInertia() / volume};
+  };
+  return std::visit(
+      Overloaded{[](const HalfSpaceShape&) -> std::optional<Solid> { return std::nullopt; },
+                 [&](const SphereShape& s) {
+                   const double r = s.radius;
+                   return MakeSolid(4.0 / 3.0 * std::numbers::pi * r * r * r, Vector3d::Constant(0.4 * r * r), X_BG);
+                 },
+                 [&](const BoxShape& s) {
+                   const Vector3d s2 = s.size.cwiseAbs2() / 12.0;
+                   return MakeSolid(s.size.prod(), Vector3d(s2.y() + s2.z(), s2.x() + s2.z(), s2.x() + s2.y()), X_BG);
+                 },
+                 [&](const CylinderShape& s) {
+                   const double r2 = s.radius * s.radius;
+                   const double across = s.length * s.length / 12.0 + r2 / 4.0;
+                   return MakeSolid(std::numbers::pi * r2 * s.length, Vector3d(across, across, 0.5 * r2), X_BG);
+                 },
+                 [&](const CapsuleShape& s) {
+                   const double r = s.radius;
+                   const double l = s.length;
+                   const double cylinder = std::numbers::pi * r * r * l;
+                   const double ends = 4.0 / 3.0 * std::numbers::pi * r * r * r;
+                   const double volume = cylinder + ends;
+                   // Half spheres have their centres of mass 3r/8 beyond the cylinder's ends.
+                   const double across =
+                       cylinder * (l * l / 12.0 + r * r / 4.0) + ends * (0.4 * r * r + l * l / 4.0 + 3.0 / 8.0 * l * r);
+                   const double along = cylinder * 0.5 * r * r + ends * 0.4 * r * r;
+                   return MakeSolid(volume, Vector3d(across, across, along) / volume, X_BG);
+                 },
+                 [&](const DesignedMeshShape&) { return fill_mesh(); }, [&](const MeshShape&) { return fill_mesh(); }},
+      shape.kind);
+}
+
+std::vector<Solid> FillShapes(const Body& body, const std::vector<const MassProperties*>& of_unit_density) {
+  std::vector<Solid> solids;
+  for (std::size_t i = 0; i < body.shapes.size(); ++i) {
+    if (const std::optional<Solid> solid = FillShape(body.shapes[i], of_unit_density[i])) solids.push_back(*solid);
   }
-  if (const auto* box = std::get_if<BoxShape>(&*shape)) {
-    const Vector3d s2 = box->size.cwiseAbs2() / 12.0;
-    return UnitBody{box->size.prod(), box->center, Vector3d(s2.y() + s2.z(), s2.x() + s2.z(), s2.x() + s2.y())};
+  if (solids.empty() || solids.size() < body.shapes.size()) {
+    throw std::runtime_error(fmt::format(
+        "body '{}': a solid inertia needs spheres, capsules, cylinders, boxes or meshes as shapes; give it explicitly",
+        body.name));
   }
-  if (const auto* cylinder = std::get_if<CylinderShape>(&*shape)) {
-    const double r2 = cylinder->radius * cylinder->radius;
-    const double across = cylinder->length * cylinder->length / 12.0 + r2 / 4.0;
-    return UnitBody{std::numbers::pi * r2 * cylinder->length, cylinder->center, Vector3d(across, across, 0.5 * r2)};
+  return solids;
+}
+
+Matrix6d SumUp(const std::vector<Solid>& solids, double density) {
+  Matrix6d M = Matrix6d::Zero();
+  for (const Solid& solid : solids) {
+    const double mass = density * solid.volume;
+    M += MakeSpatialInertia(mass, solid.center, mass * solid.inertia_per_mass);
   }
-  if (const auto* capsule = std::get_if<CapsuleShape>(&*shape)) {
-    const double r = capsule->radius;
-    const double l = capsule->length;
-    const double cylinder = std::numbers::pi * r * r * l;
-    const double ends = 4.0 / 3.0 * std::numbers::pi * r * r * r;
-    const double volume = cylinder + ends;
-    // Half spheres have their centres of mass 3r/8 beyond the cylinder's ends.
-    const double across =
-        cylinder * (l * l / 12.0 + r * r / 4.0) + ends * (0.4 * r * r + l * l / 4.0 + 3.0 / 8.0 * l * r);
-    const double along = cylinder * 0.5 * r * r + ends * 0.4 * r * r;
-    return UnitBody{volume, capsule->center, Vector3d(across, across, along) / volume};
-  }
-  return {};
+  return M;
 }
 
 }  // namespace
 
-Matrix6d MakeInertia(const Body& body, const MassProperties* of_unit_density) {
+Matrix6d MakeInertia(const Body& body, const std::vector<const MassProperties*>& of_unit_density) {
   if (!body.inertia) return Matrix6d::Zero();
-  const auto fill_mesh = [&](double density) {
-    return MakeSpatialInertia(density * of_unit_density->mass, of_unit_density->CalcCenter(),
-                              density * of_unit_density->CalcCentralInertia());
-  };
-  const auto* density = std::get_if<DensityInertia>(&*body.inertia);
-  const auto* of_mass = std::get_if<SolidInertia>(&*body.inertia);
-  const bool keeps_volume = body.shape && std::holds_alternative<MeshShape>(*body.shape);
-  if (of_unit_density != nullptr && density != nullptr) return fill_mesh(density->density);
-  if (of_unit_density != nullptr && of_mass != nullptr && keeps_volume) {
-    return fill_mesh(of_mass->mass / of_unit_density->mass);
-  }
-  const auto solid = [&](const auto& mass_of_volume) {
-    const std::optional<UnitBody> unit = MakeUnitBody(body.shape);
-    if (!unit) {
-      throw std::runtime_error(fmt::format(
-          "body '{}': a solid inertia needs a sphere, capsule, cylinder, box or mesh as shape; give it explicitly",
-          body.name));
-    }
-    const double mass = mass_of_volume(unit->volume);
-    const Vector3d moments = mass * unit->moments_per_mass;
-    return MakeSpatialInertia(mass, unit->center, moments.asDiagonal());
-  };
   return std::visit(
-      Overloaded{[&](const SolidInertia& i) { return solid([&](double) { return i.mass; }); },
-                 [&](const DensityInertia& i) { return solid([&](double volume) { return i.density * volume; }); },
+      Overloaded{[&](const SolidInertia& i) {
+                   if (FindShape<DesignedMeshShape>(body) != nullptr) {
+                     throw std::runtime_error(
+                         fmt::format("body '{}': the mass of a designed mesh follows from a density", body.name));
+                   }
+                   const std::vector<Solid> solids = FillShapes(body, of_unit_density);
+                   double volume = 0.0;
+                   for (const Solid& solid : solids) volume += solid.volume;
+                   return SumUp(solids, i.mass / volume);
+                 },
+                 [&](const DensityInertia& i) { return SumUp(FillShapes(body, of_unit_density), i.density); },
                  [](const ExplicitInertia& i) {
                    Matrix3d I = i.moments.asDiagonal();
                    I(0, 1) = I(1, 0) = i.products(0);

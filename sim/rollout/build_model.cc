@@ -11,6 +11,7 @@
 #include "sim/math/overloaded.h"
 #include "sim/multibody/motions.h"
 #include "sim/rollout/build_body.h"
+#include "sim/scenarios/check_rules.h"
 
 namespace knap {
 namespace {
@@ -109,7 +110,7 @@ class Builder {
  public:
   explicit Builder(const Vector3d& gravity) { model_.tree.gravity = gravity; }
 
-  void Add(const Body& body, const MassProperties* of_unit_density) {
+  void Add(const Body& body, const std::vector<const MassProperties*>& of_unit_density) {
     model_.joint_index[body.name] = model_.tree.size();
     TreeBody tree_body;
     tree_body.name = body.name;
@@ -238,43 +239,55 @@ class Builder {
   std::vector<double> v_;
 };
 
-const Body& FindBody(const Scene& scene, const std::string& name) {
-  for (const Body& body : scene.bodies) {
-    if (body.name == name) return body;
-  }
-  throw std::runtime_error(fmt::format("no body '{}'", name));
+// In B. `mesh` of what design or file gives one; a fixed one may have several pieces.
+std::vector<ContactGeometry> MakeGeometries(const Shape& shape, const std::vector<MeshGeometry>& meshes) {
+  const Pose X_BG = MakePose(shape);
+  const Vector3d z = X_BG.R.col(2);
+  using Geometries = std::vector<ContactGeometry>;
+  return std::visit(Overloaded{[&](const HalfSpaceShape&) {
+                                 return Geometries{HalfSpaceGeometry{{z, z.dot(X_BG.p)}}};
+                               },
+                               [&](const SphereShape& s) {
+                                 return Geometries{SphereGeometry{s.radius, X_BG.p}};
+                               },
+                               [&](const CapsuleShape& s) {
+                                 return Geometries{CapsuleGeometry{s.radius, 0.5 * s.length, X_BG.p, z}};
+                               },
+                               [&](const CylinderShape& s) {
+                                 return Geometries{CylinderGeometry{s.radius, 0.5 * s.length, X_BG.p, z}};
+                               },
+                               [&](const BoxShape& s) {
+                                 return Geometries{BoxGeometry{0.5 * s.size, X_BG.p, X_BG.R}};
+                               },
+                               [&](const DesignedMeshShape&) { return Geometries(meshes.begin(), meshes.end()); },
+                               [&](const MeshShape&) { return Geometries(meshes.begin(), meshes.end()); }},
+                    shape.kind);
 }
 
-// `mesh`: of a body whose shape is one.
-ContactGeometry MakeGeometry(const Shape& shape, const MeshGeometry& mesh) {
-  return std::visit(Overloaded{[](const HalfSpaceShape&) -> ContactGeometry { return HalfSpaceGeometry{}; },
-                               [](const SphereShape& s) -> ContactGeometry {
-                                 return SphereGeometry{s.radius, Vector3d::Zero()};
-                               },
-                               [](const CapsuleShape& s) -> ContactGeometry {
-                                 return CapsuleGeometry{s.radius, 0.5 * s.length, s.center};
-                               },
-                               [](const CylinderShape& s) -> ContactGeometry {
-                                 return CylinderGeometry{s.radius, 0.5 * s.length, s.center};
-                               },
-                               [](const BoxShape& s) -> ContactGeometry {
-                                 return BoxGeometry{0.5 * s.size, s.center};
-                               },
-                               [&](const DesignedMeshShape&) -> ContactGeometry { return mesh; },
-                               [&](const MeshShape&) -> ContactGeometry { return mesh; }},
-                    shape);
+// A name in a contact stands for a body or for each link of a rope: what all of these touch with.
+std::vector<ContactGeometry> MakePartnerGeometries(const Scene& scene, const std::string& name,
+                                                   const DesignedShapes& designed, const FixedMeshes& meshes) {
+  if (const Rope* rope = FindRope(scene, name)) {
+    const Vector3d size(rope->pitch - rope->gap, rope->thickness, rope->thickness);
+    return {BoxGeometry{0.5 * size, Vector3d(0.5 * rope->pitch, 0.0, 0.0)}};
+  }
+  const Body* body = FindBody(scene, name);
+  if (body == nullptr) throw std::runtime_error(fmt::format("no body '{}'", name));
+  if (body->shapes.empty()) throw std::runtime_error(fmt::format("body '{}' has no shape to touch with", name));
+  std::vector<ContactGeometry> out;
+  for (std::size_t i = 0; i < body->shapes.size(); ++i) {
+    std::vector<MeshGeometry> of_shape;
+    if (const auto fixed = meshes.find({name, i}); fixed != meshes.end()) of_shape = fixed->second.pieces;
+    if (std::holds_alternative<DesignedMeshShape>(body->shapes[i].kind)) of_shape = {{designed.at(name).contact}};
+    const std::vector<ContactGeometry> pieces = MakeGeometries(body->shapes[i], of_shape);
+    out.insert(out.end(), pieces.begin(), pieces.end());
+  }
+  return out;
 }
 
-// A name in a contact stands for a body or for each link of a rope.
-ContactGeometry MakePartnerGeometry(const Scene& scene, const std::string& name, const MeshGeometry& mesh) {
-  for (const Rope& rope : scene.ropes) {
-    if (rope.name != name) continue;
-    const Vector3d size(rope.pitch - rope.gap, rope.thickness, rope.thickness);
-    return BoxGeometry{0.5 * size, Vector3d(0.5 * rope.pitch, 0.0, 0.0)};
-  }
-  const Body& body = FindBody(scene, name);
-  if (!body.shape) throw std::runtime_error(fmt::format("body '{}' has no shape to touch with", body.name));
-  return MakeGeometry(*body.shape, mesh);
+bool IsDesigned(const ContactGeometry& geometry) {
+  const auto* mesh = std::get_if<MeshGeometry>(&geometry);
+  return mesh != nullptr && mesh->IsDesigned();
 }
 
 std::vector<int> GetPartners(const SceneModel& model, const std::string& name) {
@@ -282,32 +295,29 @@ std::vector<int> GetPartners(const SceneModel& model, const std::string& name) {
   return links != model.links.end() ? links->second : std::vector<int>{model.body_index.at(name)};
 }
 
+// Every shape of the one against every shape of the other.
 void AddContact(const Scene& scene, std::size_t index, const DesignedShapes& shapes, const FixedMeshes& meshes,
                 SceneModel* model) {
   const Contact& contact = scene.contacts[index];
+  const auto& [first, second] = contact.bodies;
+  const std::vector<ContactGeometry> of_first = MakePartnerGeometries(scene, first, shapes, meshes);
+  const std::vector<ContactGeometry> of_second = MakePartnerGeometries(scene, second, shapes, meshes);
   ContactPair pair;
-  std::string mesh_of;
-  for (int k = 0; k < 2; ++k) {
-    const std::string& name = contact.bodies[k];
-    MeshGeometry mesh;
-    if (const auto fixed = meshes.find(name); fixed != meshes.end()) mesh = fixed->second.contact;
-    if (const auto shape = shapes.find(name); shape != shapes.end()) {
-      mesh.mesh = shape->second.contact;
-      mesh_of = name;
-    }
-    pair.shapes[k] = MakePartnerGeometry(scene, name, mesh);
-  }
   pair.material = {contact.stiffness,          contact.damping,    contact.friction,
                    contact.rolling_resistance, contact.slip_speed, contact.stick_distance};
-  const std::vector<int> a = GetPartners(*model, contact.bodies[0]);
-  const std::vector<int> b = GetPartners(*model, contact.bodies[1]);
-  const bool with_itself = contact.bodies[0] == contact.bodies[1];
+  const std::vector<int> a = GetPartners(*model, first);
+  const std::vector<int> b = GetPartners(*model, second);
   for (std::size_t i = 0; i < a.size(); ++i) {
-    for (std::size_t j = with_itself ? i + 2 : 0; j < b.size(); ++j) {
+    for (std::size_t j = first == second ? i + 2 : 0; j < b.size(); ++j) {
       pair.bodies = {a[i], b[j]};
-      model->contacts.push_back(pair);
-      model->contact_mesh_of.push_back(mesh_of);
-      model->contact_of_pair.push_back(static_cast<int>(index));
+      for (const ContactGeometry& shape : of_first) {
+        for (const ContactGeometry& other : of_second) {
+          pair.shapes = {shape, other};
+          model->contacts.push_back(pair);
+          model->contact_mesh_of.push_back(IsDesigned(shape) ? first : IsDesigned(other) ? second : std::string());
+          model->contact_of_pair.push_back(static_cast<int>(index));
+        }
+      }
     }
   }
 }
@@ -339,10 +349,16 @@ GripSpring MakeGrip(const Scene& scene, const Grip& grip, const SceneModel& mode
 }  // namespace
 
 SceneModel BuildModel(const Scene& scene, const DesignedShapes& shapes, const FixedMeshes& meshes) {
-  const auto find_mass = [&](const std::string& name) -> const MassProperties* {
-    if (const auto shape = shapes.find(name); shape != shapes.end()) return &shape->second.of_unit_density;
-    const auto mesh = meshes.find(name);
-    return mesh == meshes.end() ? nullptr : &mesh->second.of_unit_density;
+  const auto find_masses = [&](const Body& body) {
+    std::vector<const MassProperties*> masses(body.shapes.size(), nullptr);
+    for (std::size_t i = 0; i < masses.size(); ++i) {
+      if (const auto mesh = meshes.find({body.name, i}); mesh != meshes.end())
+        masses[i] = &mesh->second.of_unit_density;
+      if (std::holds_alternative<DesignedMeshShape>(body.shapes[i].kind)) {
+        masses[i] = &shapes.at(body.name).of_unit_density;
+      }
+    }
+    return masses;
   };
   Builder builder(CalcGravity(scene));
   // Parents first, else in the order of the file.
@@ -351,7 +367,7 @@ SceneModel BuildModel(const Scene& scene, const DesignedShapes& shapes, const Fi
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
       const Body& body = scene.bodies[i];
       if (added[i] || (body.parent != kWorldName && builder.model().body_index.count(body.parent) == 0)) continue;
-      builder.Add(body, find_mass(body.name));
+      builder.Add(body, find_masses(body));
       added[i] = true;
       break;
     }

@@ -11,20 +11,29 @@
 #include <utility>
 #include <vector>
 
-#include "sim/contact/contact_side.h"
-#include "sim/contact/convex_field.h"
+#include "sim/contact/pair_rules.h"
 #include "sim/geometry/mesh_io.h"
 #include "sim/geometry/triangle_mesh.h"
+#include "sim/math/overloaded.h"
 #include "sim/morphology/cage_fit.h"
 #include "sim/policy/weights_file.h"
+#include "sim/rollout/build_body.h"
+#include "sim/rollout/fixed_meshes.h"
 #include "sim/scenarios/check_actuation.h"
+#include "sim/scenarios/check_rules.h"
 
 namespace knap {
 namespace {
 
-template <class T>
-bool HasShape(const Body& body) {
-  return body.shape && std::holds_alternative<T>(*body.shape);
+TouchingKind GetTouchingKind(const Shape& shape) {
+  return std::visit(Overloaded{[](const HalfSpaceShape&) { return TouchingKind::kHalfSpace; },
+                               [](const SphereShape&) { return TouchingKind::kSphere; },
+                               [](const CapsuleShape&) { return TouchingKind::kCapsule; },
+                               [](const CylinderShape&) { return TouchingKind::kCylinder; },
+                               [](const BoxShape&) { return TouchingKind::kBox; },
+                               [](const DesignedMeshShape&) { return TouchingKind::kDesignedMesh; },
+                               [](const MeshShape&) { return TouchingKind::kConvexMesh; }},
+                    shape.kind);
 }
 
 class ModelChecker {
@@ -35,7 +44,7 @@ class ModelChecker {
   void Check() {
     for (const Body& body : scene_.bodies) {
       CheckBody(body);
-      CheckFixedMesh(body);
+      for (std::size_t i = 0; i < body.shapes.size(); ++i) CheckFixedMesh(body, i);
     }
     for (std::size_t i = 0; i < scene_.contacts.size(); ++i) CheckContact(i);
     for (std::size_t i = 0; i < scene_.grips.size(); ++i) CheckGrip(i);
@@ -48,12 +57,6 @@ class ModelChecker {
  private:
   void Report(const std::vector<std::string>& paths, const std::string& message) { log_.Report(paths, message); }
 
-  const Body* FindBody(const std::string& name) const {
-    const auto found =
-        std::find_if(scene_.bodies.begin(), scene_.bodies.end(), [&](const Body& b) { return b.name == name; });
-    return found == scene_.bodies.end() ? nullptr : &*found;
-  }
-
   // The body itself or the nearest one above it that forces move; null when its motion is known.
   const Body* FindMover(const Body& body) const {
     const Body* mover = &body;
@@ -62,55 +65,58 @@ class ModelChecker {
           !std::holds_alternative<PrescribedJoint>(mover->joint.kind)) {
         return mover;
       }
-      mover = FindBody(mover->parent);
+      mover = FindBody(scene_, mover->parent);
     }
     return nullptr;
   }
 
   static std::string GetJointPath(const Body& body) { return "bodies." + body.name + ".joint.type"; }
-  static std::string GetShapePath(const Body& body) { return "bodies." + body.name + ".shape.type"; }
 
   void CheckBody(const Body& body) {
-    if (!HasShape<DesignedMeshShape>(body) || !body.inertia || !std::holds_alternative<SolidInertia>(*body.inertia)) {
+    if (FindShape<DesignedMeshShape>(body) == nullptr || !body.inertia ||
+        !std::holds_alternative<SolidInertia>(*body.inertia)) {
       return;
     }
-    Report({"bodies." + body.name + ".inertia.type", GetShapePath(body)},
+    Report({"bodies." + body.name + ".inertia.type"},
            "the mass of a designed mesh follows from a density, or is given by an explicit inertia and stays");
   }
 
-  // Remembers what contacts are asked about.
-  void CheckFixedMesh(const Body& body) {
-    const auto* shape = body.shape ? std::get_if<MeshShape>(&*body.shape) : nullptr;
+  void CheckFixedMesh(const Body& body, std::size_t index) {
+    const auto* shape = std::get_if<MeshShape>(&body.shapes[index].kind);
     if (shape == nullptr) return;
-    const std::string path = "bodies." + body.name + ".shape";
+    const std::string path = GetShapePath(body, index);
     const std::optional<TriangleMesh> mesh = CheckMesh(path + ".file", path + ".unit", shape->file, shape->unit);
-    if (mesh && FindDefects(*mesh).empty()) has_field_[body.name] = MakeConvexField(*mesh).has_value();
-  }
-
-  // A mesh that only shapes with a field of their own can touch; not one that has been reported.
-  bool HasNoField(const Body& body) const {
-    const auto fixed = has_field_.find(body.name);
-    return HasShape<DesignedMeshShape>(body) || (fixed != has_field_.end() && !fixed->second);
+    if (!mesh || !FindDefects(*mesh).empty()) return;
+    try {
+      MakeFixedMesh(*mesh, MakePose(body.shapes[index]));
+    } catch (const std::runtime_error& error) {
+      Report({path + ".file"}, error.what());
+    }
   }
 
   void CheckContact(std::size_t i) {
     const std::string path = fmt::format("contacts[{}].bodies", i);
-    const Body* a = FindBody(scene_.contacts[i].bodies[0]);  // null for a rope, which touches all shapes
-    const Body* b = FindBody(scene_.contacts[i].bodies[1]);
-    if (a == nullptr || b == nullptr || a == b || !a->shape || !b->shape) return;  // reported by CheckScene
-    if (HasShape<HalfSpaceShape>(*a) && HasShape<HalfSpaceShape>(*b)) {
-      Report({path, GetShapePath(*a), GetShapePath(*b)}, "two half_spaces do not touch");
-    } else if (HasNoField(*a) && HasNoField(*b)) {
-      Report({path, GetShapePath(*a), GetShapePath(*b)}, DescribeMeshPair());
-    } else if (FindMover(*a) == nullptr && FindMover(*b) == nullptr) {
+    const Body* a = FindBody(scene_, scene_.contacts[i].bodies[0]);  // null for a rope, which touches all shapes
+    const Body* b = FindBody(scene_, scene_.contacts[i].bodies[1]);
+    if (a == nullptr || b == nullptr || a == b) return;
+    for (std::size_t k = 0; k < a->shapes.size(); ++k) {
+      for (std::size_t l = 0; l < b->shapes.size(); ++l) {
+        const TouchingKind first = GetTouchingKind(a->shapes[k]);
+        const TouchingKind second = GetTouchingKind(b->shapes[l]);
+        if (FindPairRule(first, second) != PairRule::kNone) continue;
+        Report({path, GetShapePath(*a, k) + ".type", GetShapePath(*b, l) + ".type"}, DescribeNoTouch(first, second));
+        return;
+      }
+    }
+    if (FindMover(*a) == nullptr && FindMover(*b) == nullptr) {
       Report({path, GetJointPath(*a), GetJointPath(*b)},
              fmt::format("forces move neither {} nor {}, so their contact does nothing", a->name, b->name));
     }
   }
 
   void CheckGrip(std::size_t i) {
-    const Body* a = FindBody(scene_.grips[i].body);
-    const Body* b = FindBody(scene_.grips[i].held);  // null for a rope
+    const Body* a = FindBody(scene_, scene_.grips[i].body);
+    const Body* b = FindBody(scene_, scene_.grips[i].held);  // null for a rope
     if (a == nullptr || b == nullptr || a == b || FindMover(*a) != nullptr || FindMover(*b) != nullptr) return;
     Report({fmt::format("grips[{}].held", i), GetJointPath(*a), GetJointPath(*b)},
            fmt::format("forces move neither {} nor {}, so this grip does nothing", a->name, b->name));
@@ -167,7 +173,6 @@ class ModelChecker {
   const Scene& scene_;
   const std::map<std::string, std::string>& files_;
   FieldLog& log_;
-  std::map<std::string, bool> has_field_;  // of bodies with a mesh that is not designed: whether it is convex
 };
 
 }  // namespace

@@ -19,15 +19,15 @@ gravity: [0 m/s^2, 0 m/s^2, -9.81 m/s^2]
 bodies:
   - name: table
     joint: {type: fixed}
-    shape: {type: half_space}
+    shapes: [{type: half_space}]
   - name: pusher
     joint:
       type: prescribed
       motion: {type: zigzag, amplitude: 5 mm, period: 1 s, sharpness: 0.95, forward_speed: 60 mm/s, stop_at: 370 mm}
-    shape: {type: designed_mesh}
+    shapes: [{type: designed_mesh}]
   - name: pea
     joint: {type: free}
-    shape: {type: sphere, radius: 7 mm}
+    shapes: [{type: sphere, radius: 7 mm}]
     inertia: {type: solid, mass: 1.44 g}
     initial: {position: [0 mm, 8 mm, 7 mm]}
 contacts:

@@ -58,25 +58,49 @@ class Recorder {
     if (period_ > 0.0) next_ = period_ * (std::floor(time / period_ * (1.0 + 1e-12)) + 1.0);
     out_->time.push_back(time);
     for (Seen& s : seen_) s.body.X_WB.push_back(dynamics.kinematics()[s.index].X_WB);
-    for (std::size_t i = 0; i < pairs_.size(); ++i) {
-      const ContactReport& report = contacts.reports()[i];
-      Recording::Contact& pair = pairs_[i];
-      const double nan = std::numeric_limits<double>::quiet_NaN();
-      pair.f_W.push_back(report.f_W);
-      pair.p_W.push_back(report.active ? report.p_W : Vector3d::Constant(nan));
-      pair.depth.push_back(report.depth);
-      touched_[i] = touched_[i] || report.active;
-    }
+    for (Pair& pair : pairs_) LookAt(contacts.reports(), &pair);
   }
 
   void Finish() {
     for (Seen& s : seen_) out_->bodies.push_back(std::move(s.body));
-    for (std::size_t i = 0; i < pairs_.size(); ++i) {
-      if (touched_[i]) out_->contacts.push_back(std::move(pairs_[i]));
+    for (Pair& pair : pairs_) {
+      if (pair.touched) out_->contacts.push_back(std::move(pair.contact));
     }
   }
 
  private:
+  // Two bodies and all pairs of their shapes, which follow one another in the model.
+  struct Pair {
+    std::size_t begin = 0, end = 0;
+    std::array<int, 2> bodies{};
+    Recording::Contact contact;
+    bool touched = false;
+  };
+
+  // Places are weighted with the force that each bears.
+  static void LookAt(const std::vector<ContactReport>& reports, Pair* pair) {
+    Vector3d f_W = Vector3d::Zero();
+    Vector3d p_W = Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+    double depth = 0.0;
+    double bearing = 0.0;
+    bool active = false;
+    for (std::size_t i = pair->begin; i < pair->end; ++i) {
+      const ContactReport& report = reports[i];
+      if (!report.active) continue;
+      const double weight = report.f_W.norm();
+      bearing += weight;
+      if (!active) p_W = report.p_W;
+      if (active && bearing > 0.0) p_W += weight / bearing * (report.p_W - p_W);
+      f_W += report.f_W;
+      depth = std::max(depth, report.depth);
+      active = true;
+    }
+    pair->contact.f_W.push_back(f_W);
+    pair->contact.p_W.push_back(p_W);
+    pair->contact.depth.push_back(depth);
+    pair->touched = pair->touched || active;
+  }
+
   void Begin(const Scene& scene, const SceneModel& model) {
     out_->gravity_W = model.tree.gravity;
     seen_ = ListBodies(scene, model);
@@ -85,18 +109,20 @@ class Recorder {
       KNAP_CHECK(found != seen_.end(), "a contact of body {}, which has no name", index);
       return found->body.name;
     };
-    for (const ContactPair& pair : model.contacts) {
-      pairs_.push_back({{name_of(pair.bodies[0]), name_of(pair.bodies[1])}, {}, {}, {}});
+    for (std::size_t i = 0; i < model.contacts.size(); ++i) {
+      const std::array<int, 2>& bodies = model.contacts[i].bodies;
+      if (pairs_.empty() || pairs_.back().bodies != bodies) {
+        pairs_.push_back({i, i, bodies, {{name_of(bodies[0]), name_of(bodies[1])}, {}, {}, {}}});
+      }
+      pairs_.back().end = i + 1;
     }
-    touched_.assign(pairs_.size(), false);
   }
 
   double period_;
   double next_ = 0.0;
   Recording* out_;
   std::vector<Seen> seen_;
-  std::vector<Recording::Contact> pairs_;
-  std::vector<bool> touched_;
+  std::vector<Pair> pairs_;
 };
 
 // Of the recorded times, which are those of states of the trajectory.

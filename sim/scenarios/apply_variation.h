@@ -16,7 +16,8 @@ namespace knap {
 // Why drawn numbers are refused.
 struct DrawRefusal {
   std::vector<std::size_t> variations;  // the numbers concerned, as VariedNumbers counts them; at least one
-  std::string message;  // "bodies.box.shape.size[0] = 0.001 m: bodies.box.shape.rounding must be at most half …"
+  // "bodies.box.shapes[0].size[0] = 0.001 m: bodies.box.shapes[0].rounding must be at most half …"
+  std::string message;
 };
 
 // The varied numbers of one scene.

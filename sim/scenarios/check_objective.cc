@@ -115,7 +115,7 @@ class ObjectiveChecker {
       if (body == nullptr) continue;
       if (!body->inertia) {
         Report({fmt::format("{}.of[{}]", path, i), "bodies." + of[i]}, "has no inertia, and so no centre of mass");
-      } else if (body->shape && std::holds_alternative<DesignedMeshShape>(*body->shape) &&
+      } else if (FindShape<DesignedMeshShape>(*body) != nullptr &&
                  std::holds_alternative<DensityInertia>(*body->inertia)) {
         Report({fmt::format("{}.of[{}]", path, i), "bodies." + of[i]},
                "the centre of mass of this body moves with its design: give it an explicit inertia, or watch a point");

@@ -28,6 +28,18 @@ bool HasRepeats(const std::vector<T>& items) {
   return std::set<T>(items.begin(), items.end()).size() != items.size();
 }
 
+// Of a body's shapes the first of this kind; null without one.
+template <class Kind>
+const Shape* FindShape(const Body& body) {
+  const auto found = std::find_if(body.shapes.begin(), body.shapes.end(),
+                                  [](const Shape& s) { return std::holds_alternative<Kind>(s.kind); });
+  return found == body.shapes.end() ? nullptr : &*found;
+}
+
+inline std::string GetShapePath(const Body& body, std::size_t index) {
+  return "bodies." + body.name + ".shapes[" + std::to_string(index) + "]";
+}
+
 // Null without such a body or rope.
 inline const Body* FindBody(const Scene& scene, const std::string& name) {
   const auto found =

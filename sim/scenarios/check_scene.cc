@@ -51,6 +51,12 @@ class SceneChecker {
              "a body that forces move needs an inertia; only fixed and prescribed ones do without");
     }
     if (body.inertia) CheckInertia(body, path + ".inertia");
+    bool is_designed = false;
+    for (std::size_t i = 0; i < body.shapes.size(); ++i) {
+      if (!std::holds_alternative<DesignedMeshShape>(body.shapes[i].kind)) continue;
+      if (is_designed) Report({GetShapePath(body, i) + ".type"}, "a body has at most one designed_mesh");
+      is_designed = true;
+    }
   }
 
   void CheckAncestors(const Body& body, const std::string& path) {
@@ -68,11 +74,10 @@ class SceneChecker {
 
   void CheckInertia(const Body& body, const std::string& path) {
     if (std::holds_alternative<ExplicitInertia>(*body.inertia)) return;
-    const bool has_volume = body.shape && !std::holds_alternative<HalfSpaceShape>(*body.shape);
-    if (!has_volume) {
-      Report({path + ".type", path, "bodies." + body.name + ".shape"},
-             "needs a shape with a volume (sphere, capsule, cylinder, box, designed_mesh or mesh); else give an "
-             "explicit inertia");
+    if (body.shapes.empty() || FindShape<HalfSpaceShape>(body) != nullptr) {
+      Report({path + ".type", path, "bodies." + body.name + ".shapes"},
+             "needs shapes with a volume (sphere, capsule, cylinder, box, designed_mesh or mesh) and no other; else "
+             "give an explicit inertia");
     }
   }
 
@@ -96,8 +101,8 @@ class SceneChecker {
     }
     for (std::size_t side = 0; side < 2; ++side) {
       const Body* body = side == 0 ? a : b;
-      if (body == nullptr || body->shape) continue;
-      Report({fmt::format("{}[{}]", path, side), fmt::format("bodies.{}.shape", scene_.contacts[i].bodies[side])},
+      if (body == nullptr || !body->shapes.empty()) continue;
+      Report({fmt::format("{}[{}]", path, side), fmt::format("bodies.{}.shapes", scene_.contacts[i].bodies[side])},
              "this body has no shape to touch with");
     }
   }
@@ -118,8 +123,10 @@ class SceneChecker {
     for (const Body& body : scene_.bodies) {
       const std::string path = "bodies." + body.name;
       if (IsDesigned(body) && CountDesigns(body.name) == 0) {
-        Report({path + ".shape.type", path}, scene_.design ? "needs an entry of design.bodies that gives the mesh"
-                                                           : "needs a section 'design' that gives the mesh");
+        const std::size_t index = static_cast<std::size_t>(FindShape<DesignedMeshShape>(body) - body.shapes.data());
+        Report({GetShapePath(body, index) + ".type", path}, scene_.design
+                                                                ? "needs an entry of design.bodies that gives the mesh"
+                                                                : "needs a section 'design' that gives the mesh");
       }
       if (body.joint.attachment && CountDesigns(body.parent) == 0) {
         Report({path + ".joint.attachment", path + ".parent"},
@@ -128,9 +135,7 @@ class SceneChecker {
     }
   }
 
-  static bool IsDesigned(const Body& body) {
-    return body.shape && std::holds_alternative<DesignedMeshShape>(*body.shape);
-  }
+  static bool IsDesigned(const Body& body) { return FindShape<DesignedMeshShape>(body) != nullptr; }
 
   bool HasMisplacedDesign() const {
     if (!scene_.design) return false;
@@ -152,8 +157,8 @@ class SceneChecker {
     if (body == nullptr) return;
     const std::string path = "design.bodies." + designed.name;
     if (!IsDesigned(*body)) {
-      Report({path + ".name", "bodies." + designed.name + ".shape"},
-             "the shape of this body must be of type designed_mesh");
+      Report({path + ".name", "bodies." + designed.name + ".shapes"},
+             "one of the shapes of this body must be of type designed_mesh");
     }
     if (CountDesigns(designed.name) > 1) Report({path + ".name"}, "is given twice");
     for (const VertexGroup& group : designed.vertex_groups) {

@@ -46,12 +46,12 @@ class ValueChecker {
     if (const auto* given = body.inertia ? std::get_if<ExplicitInertia>(&*body.inertia) : nullptr) {
       CheckInertia(*given, path + ".inertia");
     }
-    if (const BoxShape* box = body.shape ? std::get_if<BoxShape>(&*body.shape) : nullptr) {
-      const double most = 0.5 * box->size.minCoeff();
-      if (box->rounding > most) {
-        Report({path + ".shape.rounding", path + ".shape.size"},
-               fmt::format("must be at most half the least size, {}", FormatQuantity(most, kLength)));
-      }
+    for (std::size_t i = 0; i < body.shapes.size(); ++i) {
+      const auto* box = std::get_if<BoxShape>(&body.shapes[i].kind);
+      if (box == nullptr || box->rounding <= 0.5 * box->size.minCoeff()) continue;
+      Report(
+          {GetShapePath(body, i) + ".rounding", GetShapePath(body, i) + ".size"},
+          fmt::format("must be at most half the least size, {}", FormatQuantity(0.5 * box->size.minCoeff(), kLength)));
     }
     std::visit(
         [&](const auto& joint) {

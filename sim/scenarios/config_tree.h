@@ -24,7 +24,7 @@ struct ConfigPosition {
 
 struct ConfigError {
   ConfigPosition position;
-  std::string field;    // "bodies.pea.shape.radius"; empty: the file as a whole
+  std::string field;    // "bodies.pea.shapes[0].radius"; empty: the file as a whole
   std::string message;  // "value '10': expected a length with its unit, such as '10 mm'"
 };
 

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "sim/contact/pair_rules.h"
 #include "sim/scenarios/scene_fields.h"
 
 namespace knap {
@@ -189,6 +190,28 @@ class TableCollector final : public FieldVisitor {
   std::vector<Table> tables_;
 };
 
+std::string DescribePairs() {
+  std::string text =
+      "## Shapes that touch\n\n"
+      "A contact is between every shape of the one body and every shape of the other. A mesh that is not convex "
+      "touches "
+      "as\n"
+      "its convex pieces.\n\n| |";
+  for (const std::string_view name : kTouchingKindNames) text += fmt::format(" {} |", name);
+  text += "\n|---|";
+  for (std::size_t i = 0; i < kTouchingKindNames.size(); ++i) text += "---|";
+  text += '\n';
+  for (std::size_t i = 0; i < kTouchingKindNames.size(); ++i) {
+    text += fmt::format("| **{}** |", kTouchingKindNames[i]);
+    for (std::size_t j = 0; j < kTouchingKindNames.size(); ++j) {
+      const PairRule rule = FindPairRule(static_cast<TouchingKind>(i), static_cast<TouchingKind>(j));
+      text += rule == PairRule::kNone ? " – |" : " yes |";
+    }
+    text += '\n';
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string DescribeSceneFormat() {
@@ -220,8 +243,7 @@ std::string DescribeSceneFormat() {
     }
     text += '\n';
   }
-  text.pop_back();
-  return text;
+  return text + DescribePairs();
 }
 
 }  // namespace knap

@@ -67,6 +67,7 @@ struct FieldInfo {
   std::string_view dimension_is_of = {};      // for the documentation, where the dimension depends on something
   const std::string* dimension_of = nullptr;  // set: a Number has the dimension of the number at this path instead
   Range range = {};                           // of a Number or Integer
+  bool read_once = false;                     // a Number that no variation may change
   TextRole role = TextRole::kProse;           // of a Text
   bool recursive = false;                     // the elements of a Sequence are such as this one stands in
 };

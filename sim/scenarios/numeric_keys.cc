@@ -16,7 +16,7 @@ class NumberCollector final : public FieldVisitor {
 
   void Number(const FieldInfo& info, double& value) override {
     Step step(*this, info.key);
-    keys_.push_back({path_, &value, info.dimension, info.range});
+    keys_.push_back({path_, &value, info.dimension, info.range, info.read_once});
   }
   void Integer(const FieldInfo&, std::int64_t&) override {}
   void Text(const FieldInfo&, std::string&) override {}
@@ -88,9 +88,9 @@ std::vector<double*> FindNumericKeys(Scene& scene, std::span<const std::string> 
   return values;
 }
 
-bool MayVary(std::string_view path) {
-  // A mesh is read once, not with every draw.
-  if (path.ends_with(".shape.unit")) return false;
+bool MayVary(const NumericKey& key) {
+  if (key.read_once) return false;
+  const std::string_view path = key.path;
   const std::string_view section = path.substr(0, path.find_first_of(".["));
   return section == "gravity" || section == "gravity_direction" || section == "bodies" || section == "contacts" ||
          section == "grips" || section == "signals" || section == "loss" || section == "success";

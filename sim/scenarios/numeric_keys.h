@@ -16,7 +16,8 @@ struct NumericKey {
   std::string path;
   double* value = nullptr;  // into the scene that was asked; valid while none of its lists or variants changes
   Dimension dimension;
-  Range range;  // allowed, in SI
+  Range range;             // allowed, in SI
+  bool read_once = false;  // when the scenario is loaded, not with every draw
 };
 
 // Every number (integers are none) of the scene, in the order of its fields.
@@ -29,8 +30,8 @@ std::vector<NumericKey> ListWorldKeys(Scene& scene);
 // from ParseScene has all that its variation names. A walk over the scene: some microseconds a body.
 std::vector<double*> FindNumericKeys(Scene& scene, std::span<const std::string> paths);
 
-// Whether a variation may change the number at `path`: the physical scene and its goals, not the design's map, the
-// integrator or the learning.
-bool MayVary(std::string_view path);
+// Whether a variation may change it: the physical scene and its goals, not the design's map, the integrator or the
+// learning, nor what is read once.
+bool MayVary(const NumericKey& key);
 
 }  // namespace knap

@@ -341,11 +341,11 @@ class SceneReader final : public FieldVisitor {
   }
 
   void CheckNumericKey(const std::string& key) {
-    if (FindKey(key) != nullptr) {
-      if (!MayVary(key))
+    if (const NumericKey* number = FindKey(key)) {
+      if (!MayVary(*number))
         Fail(
-            "may not vary; numbers of gravity, bodies (but the unit of a mesh), contacts, grips, signals, loss and "
-            "success may");
+            "may not vary; numbers of gravity, bodies (but unit and pose of a mesh), contacts, grips, signals, loss "
+            "and success may");
       return;
     }
     // They are read after the signals.
@@ -358,7 +358,7 @@ class SceneReader final : public FieldVisitor {
     if (log_.HasFailedNear(key.substr(0, element))) return;
     std::vector<std::string> candidates;
     for (const NumericKey& k : keys_) {
-      if (MayVary(k.path)) candidates.push_back(k.path);
+      if (MayVary(k)) candidates.push_back(k.path);
     }
     const std::string nearest = FindNearestName(key, candidates);
     Fail("the scene has no such number" + (nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest)));

@@ -27,53 +27,58 @@ namespace knap {
 
 // ---- Bodies -------------------------------------------------------------------------------------------------------
 
-// Solid below the plane z = 0 of B.
+// Shapes are given in a frame G of their own, which a pose places in B.
+
+// Solid below the plane z = 0 of G.
 struct HalfSpaceShape {};
 
-// Centred at Bo.
+// Centred at Go.
 struct SphereShape {
   double radius = 0.0;  // [m]
 };
 
-// A cylinder along Bz of the given length with half a sphere on either end.
+// A cylinder along Gz of the given length with half a sphere on either end, centred at Go.
 struct CapsuleShape {
-  double radius = 0.0;                               // [m]
-  double length = 0.0;                               // between the centres of the half spheres [m]
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();  // in B [m]
+  double radius = 0.0;  // [m]
+  double length = 0.0;  // between the centres of the half spheres [m]
 };
 
-// Along Bz, with flat ends.
+// Along Gz, with flat ends, centred at Go.
 struct CylinderShape {
-  double radius = 0.0;                               // [m]
-  double length = 0.0;                               // from end to end [m]
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();  // in B [m]
+  double radius = 0.0;  // [m]
+  double length = 0.0;  // from end to end [m]
 };
 
-// A box along the axes of B, its edges and corners rounded for contact.
+// A box along the axes of G, centred at Go; its edges and corners are rounded as made.
 struct BoxShape {
-  Eigen::Vector3d size = Eigen::Vector3d::Zero();    // [m]
-  double rounding = 0.0;                             // radius [m], at most half the least size
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();  // in B [m]
+  Eigen::Vector3d size = Eigen::Vector3d::Zero();  // [m]
+  double rounding = 0.0;                           // radius [m], at most half the least size
 };
 
-// A designed body: Scene::design gives its mesh, in B.
+// A designed body: Scene::design gives its mesh, in B. At most one a body.
 struct DesignedMeshShape {};
 
-// A closed triangle mesh in B that stays as it is on file.
+// A closed triangle mesh in G that stays as it is on file. One that is not convex touches as convex pieces.
 struct MeshShape {
   std::string file;   // beside the scenario
   double unit = 0.0;  // length of one unit of the file [m]
 };
 
-using Shape =
+using ShapeKind =
     std::variant<HalfSpaceShape, SphereShape, CapsuleShape, CylinderShape, BoxShape, DesignedMeshShape, MeshShape>;
 
-// The body fills its shape with one density, found from the total mass.
+struct Shape {
+  ShapeKind kind;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();         // p_BG [m]; zero for a designed mesh
+  Eigen::Vector3d orientation_rpy = Eigen::Vector3d::Zero();  // of G in B [rad]; likewise
+};
+
+// The body fills each of its shapes with one density, found from the total mass; where shapes overlap, twice.
 struct SolidInertia {
   double mass = 0.0;  // [kg]
 };
 
-// The body fills its shape with this density; a designed body's mass follows its mesh.
+// The body fills each of its shapes with this density; the mass of a designed mesh follows the mesh.
 struct DensityInertia {
   double density = 0.0;  // [kg/m³]
 };
@@ -93,7 +98,7 @@ struct Body {
   std::string name;
   std::string parent = kWorldName;  // "world" or the name of another body; the bodies form a tree, in any order
   Joint joint;
-  std::optional<Shape> shape;
+  std::vector<Shape> shapes;       // what touches
   std::optional<Inertia> inertia;  // present at least wherever the joint is neither fixed nor prescribed
 };
 
@@ -131,9 +136,10 @@ struct Rope {
 
 // ---- Contact ------------------------------------------------------------------------------------------------------
 
-// Between bodies, or all links of a rope; a rope with itself: each two of its links that are no neighbours.
+// Between all shapes of two bodies, or all links of a rope; a rope with itself: each two of its links that are no
+// neighbours.
 struct Contact {
-  std::array<std::string, 2> bodies;  // two different bodies, each with a shape, or ropes
+  std::array<std::string, 2> bodies;  // two different bodies, each with shapes, or ropes
   double stiffness = 0.0;             // pressure per depth [N/m³]
   double damping = 0.0;               // of the normal force, relative to it: Hunt and Crossley's [s/m]
   double friction = 0.0;              // Coulomb's μ [-]
@@ -186,7 +192,7 @@ struct CageMove {
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // in B [-]
 };
 
-// A body whose shape is a designed mesh: cage = cage on file + Σ moves. What hangs on the body moves along with the
+// A body with a designed mesh: cage = cage on file + Σ moves. What hangs on the body moves along with the
 // mesh as a point of it would, through the cage's mean value coordinates: the joints that it carries (by their
 // attachment points), and the points that losses watch.
 struct DesignedBody {

@@ -1,5 +1,7 @@
 #include "sim/scenarios/scene_fields.h"
 
+#include <type_traits>
+
 #include "sim/scenarios/common_fields.h"
 #include "sim/scenarios/control_fields.h"
 #include "sim/scenarios/joint_fields.h"
@@ -25,59 +27,79 @@ Dimension GetDimension(ParameterKind kind) { return kind == ParameterKind::kStre
 static void VisitFields(FieldVisitor&, HalfSpaceShape&) {}
 
 static void VisitFields(FieldVisitor& v, SphereShape& s) {
-  v.Number({.key = "radius", .doc = "of the sphere, centred at Bo", .dimension = kLength, .range = kPositive},
-           s.radius);
+  v.Number({.key = "radius", .doc = "of the sphere", .dimension = kLength, .range = kPositive}, s.radius);
 }
 
 static void VisitFields(FieldVisitor& v, CapsuleShape& s) {
   v.Number({.key = "radius", .doc = "of the cylinder and its round ends", .dimension = kLength, .range = kPositive},
            s.radius);
-  v.Number({.key = "length", .doc = "of the cylinder, along Bz", .dimension = kLength, .range = kPositive}, s.length);
-  VisitVector(v, "center", "in B", kLength, s.center);
+  v.Number({.key = "length", .doc = "of the cylinder, along z", .dimension = kLength, .range = kPositive}, s.length);
 }
 
 static void VisitFields(FieldVisitor& v, CylinderShape& s) {
   v.Number({.key = "radius", .doc = "of the flat ends", .dimension = kLength, .range = kPositive}, s.radius);
-  v.Number({.key = "length", .doc = "from end to end, along Bz", .dimension = kLength, .range = kPositive}, s.length);
-  VisitVector(v, "center", "in B", kLength, s.center);
+  v.Number({.key = "length", .doc = "from end to end, along z", .dimension = kLength, .range = kPositive}, s.length);
 }
 
 static void VisitFields(FieldVisitor& v, BoxShape& s) {
-  v.Numbers({.key = "size", .doc = "along the axes of B", .dimension = kLength, .range = kPositive}, s.size);
+  v.Numbers({.key = "size", .doc = "along x, y, z", .dimension = kLength, .range = kPositive}, s.size);
   v.Number({.key = "rounding",
             .doc = "radius of edges and corners as made, at most half the least size; contact takes them as sharp",
             .required = false,
             .dimension = kLength,
             .range = kNonNegative},
            s.rounding);
-  VisitVector(v, "center", "in B", kLength, s.center);
 }
 
 static void VisitFields(FieldVisitor&, DesignedMeshShape&) {}
 
 static void VisitFields(FieldVisitor& v, MeshShape& s) {
   v.Text({.key = "file",
-          .doc = "closed triangle mesh in B; a convex one of up to 1000 faces meets other meshes too",
+          .doc = "closed triangle mesh; one that is not convex touches as convex pieces",
           .role = TextRole::kFile},
          s.file);
-  v.Number({.key = "unit", .doc = "length of one unit of the file", .dimension = kLength, .range = kPositive}, s.unit);
+  v.Number({.key = "unit",
+            .doc = "length of one unit of the file",
+            .dimension = kLength,
+            .range = kPositive,
+            .read_once = true},
+           s.unit);
 }
 
-static void VisitFields(FieldVisitor& v, Shape& shape) {
-  v.OneOf(
-      {.key = "type",
-       .doc =
-           "half_space: solid below the plane z = 0 of B; designed_mesh: see `design`; mesh: stays as it is on file"},
-      shape, {"half_space", "sphere", "capsule", "cylinder", "box", "designed_mesh", "mesh"});
+// Meshes are placed when they are read.
+static void VisitPose(FieldVisitor& v, bool read_once, Shape& s) {
+  v.Numbers({.key = "position", .doc = "in B", .required = false, .dimension = kLength, .read_once = read_once},
+            s.position);
+  v.Numbers({.key = "orientation_rpy",
+             .doc = "in B: roll, pitch, yaw",
+             .required = false,
+             .dimension = kAngle,
+             .read_once = read_once},
+            s.orientation_rpy);
+}
+
+static void VisitFields(FieldVisitor& v, Shape& s) {
+  v.OneOf({.key = "type",
+           .doc = "half_space: solid below z = 0; designed_mesh: see `design`, it lies in B as its file has it; mesh: "
+                  "stays as it is on file"},
+          s.kind, {"half_space", "sphere", "capsule", "cylinder", "box", "designed_mesh", "mesh"},
+          [&s](FieldVisitor& w, auto& kind) {
+            using Kind = std::decay_t<decltype(kind)>;
+            VisitFields(w, kind);
+            if constexpr (!std::is_same_v<Kind, DesignedMeshShape>) VisitPose(w, std::is_same_v<Kind, MeshShape>, s);
+          });
 }
 
 static void VisitFields(FieldVisitor& v, SolidInertia& i) {
-  v.Number({.key = "mass", .doc = "spread evenly over the body's shape", .dimension = kMass, .range = kPositive},
+  v.Number({.key = "mass",
+            .doc = "spread evenly over the body's shapes; what two of them share counts twice",
+            .dimension = kMass,
+            .range = kPositive},
            i.mass);
 }
 
 static void VisitFields(FieldVisitor& v, DensityInertia& i) {
-  v.Number({.key = "density", .doc = "all over the body's shape", .dimension = kDensity, .range = kPositive},
+  v.Number({.key = "density", .doc = "all over each of the body's shapes", .dimension = kDensity, .range = kPositive},
            i.density);
 }
 
@@ -94,7 +116,7 @@ static void VisitFields(FieldVisitor& v, ExplicitInertia& i) {
 }
 
 static void VisitFields(FieldVisitor& v, Inertia& inertia) {
-  v.OneOf({.key = "type", .doc = "solid and density: computed from the shape"}, inertia,
+  v.OneOf({.key = "type", .doc = "solid and density: the sum over the body's shapes"}, inertia,
           {"solid", "density", "explicit"});
 }
 
@@ -106,7 +128,7 @@ static void VisitFields(FieldVisitor& v, Body& b) {
           .role = TextRole::kBodyOrWorld},
          b.parent);
   v.Struct({.key = "joint", .doc = "to the parent"}, b.joint);
-  v.OptionalStruct({.key = "shape", .doc = "what touches", .required = false}, b.shape);
+  v.StructList({.key = "shapes", .doc = "what touches", .required = false}, b.shapes);
   v.OptionalStruct(
       {.key = "inertia", .doc = "needed where the joint is neither fixed nor prescribed", .required = false},
       b.inertia);

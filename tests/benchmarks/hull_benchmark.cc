@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 void Measure(benchmark::State& state, const ContactGeometry& touching, const Pose& X_SB) {
   ContactPair pair;
   pair.bodies = {0, 1};
-  pair.shapes = {touching, MakeFixedMesh(test::MakeRoundHull(0.02, static_cast<int>(state.range(0))))};
+  pair.shapes = {touching, *MakeConvexMesh(test::MakeRoundHull(0.02, static_cast<int>(state.range(0))))};
   pair.material.stiffness = 1e8;
   const ContactSide side = MakeSides({pair})[0];
   NearFacets near(side);

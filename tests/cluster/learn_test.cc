@@ -372,9 +372,9 @@ TEST_F(LearnTest, BadUsageExitsWithTwo) {
     EXPECT_THAT(ended.err, Not(HasSubstr("terminate"))) << fmt::format("{}", fmt::join(line, " "));
     EXPECT_GT(ended.err.size(), 10u);
   }
-  const Ended wrong = Run({"learn", kConfig, "bodies.pea.shape.radius=10", "rollout.step=-1 s"});
+  const Ended wrong = Run({"learn", kConfig, "bodies.pea.shapes[0].radius=10", "rollout.step=-1 s"});
   EXPECT_EQ(wrong.code, 2);
-  EXPECT_THAT(wrong.err, AllOf(HasSubstr("bodies.pea.shape.radius"), HasSubstr("rollout.step")));
+  EXPECT_THAT(wrong.err, AllOf(HasSubstr("bodies.pea.shapes[0].radius"), HasSubstr("rollout.step")));
   EXPECT_EQ(Run({"--help"}).code, 0);
   EXPECT_EQ(Run({"--version"}).code, 0);
 }

@@ -117,6 +117,16 @@ TEST(ValidateCommand, SumsUpWhatIsRight) {
   EXPECT_THAT(Validate({"--describe"}), HasSubstr("# Scenario files\n"));
 }
 
+TEST(ValidateCommand, ShowsThePiecesOfAMesh) {
+  const std::string trough = KNAP_TEST_DATA "/mesh/trough.yaml";
+  // A floor of 210 x 10 mm and a wall of 10 x 40 mm, cut from corner to corner.
+  EXPECT_THAT(Validate({trough}),
+              testing::StartsWith(trough +
+                                  ": trough.obj of trough is not convex and touches as 2 convex pieces, of its "
+                                  "volume 18.0% + 82.0% = 100.0%\n" +
+                                  trough + ": valid: "));
+}
+
 TEST(ValidateCommand, TellsAllErrorsOfFormatModelAndOptimizer) {
   const std::string errors =
       Validate({kPushing, "rollout.step=3x", "design.bodies.pusher.vertex_groups.left_tip.vertices=[0,77]"});

@@ -1,7 +1,7 @@
 // Shapes as triangles to draw: { positions, normals } with nine numbers a triangle, { edges } with six a line.
 (function (knap) {
   "use strict";
-  const { add, subtract, cross, dot, norm, unit } = knap.matrices;
+  const { add, subtract, cross, dot, norm, unit, fromPose, transformDirection, transformPoint } = knap.matrices;
 
   // Faces that meet at less than this look like one curved surface; the rest get a drawn edge.
   const creaseCosine = Math.cos((32 * Math.PI) / 180);
@@ -10,12 +10,12 @@
   const mostSplits = 8;
 
   // Turns a profile of [distance from the axis, height, normal outwards, normal upwards] about z.
-  function revolve(profile, segments, [cx, cy, cz] = [0, 0, 0]) {
+  function revolve(profile, segments) {
     const positions = [];
     const normals = [];
     const corner = ([rho, z, out, up], k) => {
       const [c, s] = [Math.cos((2 * Math.PI * k) / segments), Math.sin((2 * Math.PI * k) / segments)];
-      positions.push(cx + rho * c, cy + rho * s, cz + z);
+      positions.push(rho * c, rho * s, z);
       normals.push(out * c, out * s, up);
     };
     for (let i = 0; i + 1 < profile.length; ++i) {
@@ -29,7 +29,7 @@
   }
 
   // `rings` counts the bands of one half sphere.
-  function capsule(radius, length, center, rings, segments) {
+  function capsule(radius, length, rings, segments) {
     const profile = [];
     for (const side of [-1, 1]) {
       for (let i = 0; i <= rings; ++i) {
@@ -39,30 +39,29 @@
         profile.push([radius * out, radius * up + (side * length) / 2, out, up]);
       }
     }
-    return revolve(profile, segments, center);
+    return revolve(profile, segments);
   }
 
-  function cylinder(radius, length, center, segments) {
+  function cylinder(radius, length, segments) {
     const half = length / 2;
     const solid = revolve([[0, -half, 0, -1], [radius, -half, 0, -1], [radius, -half, 1, 0], [radius, half, 1, 0],
-      [radius, half, 0, 1], [0, half, 0, 1]], segments, center);
+      [radius, half, 0, 1], [0, half, 0, 1]], segments);
     const edges = [];
     for (const z of [-half, half]) {
       for (let k = 0; k < segments; ++k) {
         for (const end of [k, k + 1]) {
           const angle = (2 * Math.PI * end) / segments;
-          edges.push(center[0] + radius * Math.cos(angle), center[1] + radius * Math.sin(angle), center[2] + z);
+          edges.push(radius * Math.cos(angle), radius * Math.sin(angle), z);
         }
       }
     }
     return { ...solid, edges: new Float32Array(edges) };
   }
 
-  function box(size, [cx, cy, cz]) {
+  function box(size) {
     const vertices = [];
     for (let i = 0; i < 8; ++i) {
-      vertices.push(cx + (i & 1 ? 0.5 : -0.5) * size[0], cy + (i & 2 ? 0.5 : -0.5) * size[1],
-        cz + (i & 4 ? 0.5 : -0.5) * size[2]);
+      vertices.push(...size.map((length, axis) => (i & (1 << axis) ? 0.5 : -0.5) * length));
     }
     const triangles = [0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2,
       1, 3, 7, 1, 7, 5];
@@ -171,14 +170,37 @@
     return { surface, pose };
   }
 
-  // One of the data's shapes; `detail` counts the bands of a quarter circle. Half-spaces are drawn as grids instead.
+  // Of one of the data's shapes in its body.
+  function poseOf(shape) {
+    const [x, y, z, ...quaternion] = shape.pose ?? [0, 0, 0, 1, 0, 0, 0];
+    return fromPose([x, y, z], quaternion);
+  }
+
+  function place(pose, { positions, normals, edges }) {
+    const map = (array, change) => {
+      const out = new Float32Array(array.length);
+      for (let i = 0; i < array.length; i += 3) out.set(change(pose, array.subarray(i, i + 3)), i);
+      return out;
+    };
+    return {
+      positions: map(positions, transformPoint), normals: map(normals, transformDirection),
+      edges: map(edges, transformPoint),
+    };
+  }
+
+  // One of the data's shapes, in its body; `detail` counts the bands of a quarter circle. Half-spaces are drawn as
+  // grids instead.
   function fromShape(shape, design, detail) {
-    const center = shape.center ?? [0, 0, 0];
+    const surface = atOrigin(shape, design, detail);
+    return surface && shape.pose ? place(poseOf(shape), surface) : surface;
+  }
+
+  function atOrigin(shape, design, detail) {
     switch (shape.type) {
-      case "sphere": return capsule(shape.radius, 0, center, detail + 2, 4 * detail + 4);
-      case "capsule": return capsule(shape.radius, shape.length, center, detail, 4 * detail);
-      case "cylinder": return cylinder(shape.radius, shape.length, center, 6 * detail);
-      case "box": return box(shape.size, center);
+      case "sphere": return capsule(shape.radius, 0, detail + 2, 4 * detail + 4);
+      case "capsule": return capsule(shape.radius, shape.length, detail, 4 * detail);
+      case "cylinder": return cylinder(shape.radius, shape.length, 6 * detail);
+      case "box": return box(shape.size);
       case "mesh": {
         const vertices = shape.vertices[design] ?? shape.vertices.initial;
         return mesh(knap.decoding.floats(vertices), knap.decoding.integers(shape.triangles));
@@ -187,5 +209,5 @@
     }
   }
 
-  knap.meshes = { mesh, refine, arrow, fromShape };
+  knap.meshes = { mesh, refine, arrow, fromShape, poseOf };
 })(window.knap = window.knap || {});

@@ -159,7 +159,8 @@
     }
 
     describeScale(view) {
-      const grid = this.scene.bodies.some((body) => body.plane) ? `Grid ${quantity(view.gridStep, "m", 1)}. ` : "";
+      const hasGround = this.scene.bodies.some((body) => body.planes.length > 0);
+      const grid = hasGround ? `Grid ${quantity(view.gridStep, "m", 1)}. ` : "";
       const arrow = this.usualForce > 0 ?
         `An arrow of one grid step is ${quantity(view.gridStep / this.metersPerNewton, "N", 2)}.` : "";
       return grid + arrow;

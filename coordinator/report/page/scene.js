@@ -1,7 +1,7 @@
 // The bodies of the run, and the picture that they make at a time: what a view draws.
 (function (knap) {
   "use strict";
-  const { fromPose, identity, transformPoint, scale, unit } = knap.matrices;
+  const { fromPose, identity, multiply, transformPoint, scale, unit } = knap.matrices;
 
   // How many moments of a recording the camera's frame looks at; enough for a swing to be seen whole.
   const framedMoments = 24;
@@ -18,7 +18,7 @@
           mover: body.moves ? movers++ : null,
           pose: place ? fromPose(place.slice(0, 3), place.slice(3)) : identity(),
           shapes: shapes.filter((shape) => shape.type !== "half_space"),
-          plane: shapes.some((shape) => shape.type === "half_space"),
+          planes: shapes.filter((shape) => shape.type === "half_space").map(knap.meshes.poseOf),
           designed: shapes.some((shape) => shape.designed),
         };
       });
@@ -52,7 +52,7 @@
       for (const body of this.bodies) {
         const pose = this.poseOf(body, recording, time);
         if (!pose) continue;
-        if (body.plane) picture.planes.push({ pose });
+        for (const plane of body.planes) picture.planes.push({ pose: multiply(pose, plane) });
         const still = body.mover === null ? "fixed" : "moving";
         const colour = body.designed ? recording.about.design : still;
         for (const shape of body.shapes) {

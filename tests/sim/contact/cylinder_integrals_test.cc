@@ -19,7 +19,7 @@ constexpr double kPi = std::numbers::pi;
 
 PatchIntegrals Calc(const SolidCylinder& cylinder) {
   PatchIntegrals patch;
-  CalcCylinder(cylinder, &patch, nullptr);
+  CalcCylinder(cylinder, {Vector3d::UnitZ(), 0.0}, &patch, nullptr);
   return patch;
 }
 
@@ -113,7 +113,7 @@ TEST(CylinderIntegralsTest, MovesAsDifferencesSay) {
     const SolidCylinder c = random.MakeCylinder();
     PatchIntegrals patch;
     PatchJacobian jacobian;
-    CalcCylinder(c, &patch, &jacobian);
+    CalcCylinder(c, {Vector3d::UnitZ(), 0.0}, &patch, &jacobian);
     if (!patch.active()) continue;
     ++compared;
     // Eight points an arc leave 1e-11 of the value, which smaller steps would show.

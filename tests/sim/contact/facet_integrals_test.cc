@@ -254,7 +254,7 @@ double CalcWork(const std::vector<ContactSide>& sides, std::vector<NearFacets>* 
 
 TEST(ContactEnergyTest, ClosedPathsOfPosesCostNothing) {
   const MeshGeometry mesh{std::make_shared<ContactMesh>(test::MakeWedge())};
-  const MeshGeometry hull = MakeFixedMesh(test::MakePyramid());
+  const MeshGeometry hull = *MakeConvexMesh(test::MakePyramid());
   const BoxGeometry box{{0.01, 0.006, 0.008}, {0.001, 0.0, 0.0}};
   const SphereGeometry sphere{0.007, {0.0, 0.001, 0.0}};
   const CapsuleGeometry capsule{0.005, 0.012, {0.0, 0.0, 0.001}};

@@ -69,7 +69,13 @@ PairScene Collide(const ContactGeometry& a, const ContactGeometry& b, double dis
 const BoxGeometry kBox = MakeBox({0.03, 0.02, 0.014});
 const CapsuleGeometry kCapsule{0.006, 0.012, Vector3d(0.0, 0.0, 0.001)};
 const SphereGeometry kSphere{0.008, Vector3d(0.001, 0.0, 0.0)};
-const MeshGeometry kHull = MakeFixedMesh(test::MakePyramid());
+const MeshGeometry kHull = *MakeConvexMesh(test::MakePyramid());
+// The same and more, askew in their bodies.
+const Pose kAskew{ExpSo3(Vector3d(0.5, -0.3, 0.8)).toRotationMatrix(), Vector3d(0.002, -0.001, 0.001)};
+const BoxGeometry kAskewBox{kBox.half, kAskew.p, kAskew.R};
+const CapsuleGeometry kAskewCapsule{0.006, 0.012, kAskew.p, kAskew.R.col(0)};
+const CylinderGeometry kAskewCylinder{0.007, 0.009, kAskew.p, kAskew.R.col(1)};
+const HalfSpaceGeometry kAskewHalfSpace{{kAskew.R.col(2), kAskew.R.col(2).dot(kAskew.p)}};
 
 std::vector<Case> MakeCases() {
   const Pose floor{};
@@ -77,6 +83,8 @@ std::vector<Case> MakeCases() {
   const auto mesh_case = [&](const ContactGeometry& shape, double height, Quaterniond turn, ContactMaterial m) {
     return [=](const TriangleMesh& mesh) { return OnFloor(shape, test::MakeMesh(mesh), m, height, turn, mesh_floor); };
   };
+  // Under whose askew half-space the floor is z = 0.
+  const Pose askew_floor{kAskew.R.transpose(), -(kAskew.R.transpose() * kAskew.p)};
   const auto flat = [](PairScene s) { return [=](const TriangleMesh&) { return s; }; };
   std::vector<Case> cases{
       {"BoxOnHalfSpace", flat(OnFloor(kBox, HalfSpaceGeometry{}, kBristle, 0.009, Turn(0.2, 0.1, 0.3), floor))},
@@ -104,14 +112,21 @@ std::vector<Case> MakeCases() {
       {"SphereAndBox", flat(Collide(kSphere, kBox, 0.0165, kBristle))},
       {"SphereAndCapsule", flat(Collide(kSphere, kCapsule, 0.0275, kBristle))},
       {"CapsuleAndBox", flat(Collide(kBox, kCapsule, 0.0265, kBristle))},
+      {"AskewBoxOnAskewHalfSpace",
+       flat(OnFloor(kAskewBox, kAskewHalfSpace, kBristle, 0.015, Turn(0.2, 0.1, 0.3), askew_floor))},
+      {"AskewCapsuleOnAskewHalfSpace",
+       flat(OnFloor(kAskewCapsule, kAskewHalfSpace, kBristle, 0.012, Turn(0.3, 0.1, 0), askew_floor))},
+      {"AskewCylinderOnAskewHalfSpace",
+       flat(OnFloor(kAskewCylinder, kAskewHalfSpace, kBristle, 0.0105, Turn(0.3, 0.1, 0), askew_floor))},
+      {"AskewBoxOnMesh", mesh_case(kAskewBox, 0.0145, Turn(0.2, 0.1, 0.3), kBristle), true},
+      {"AskewCapsuleAndAskewBox", flat(Collide(kAskewBox, kAskewCapsule, 0.019, kBristle))},
+      {"AskewCylinderAndAskewBox", flat(Collide(kAskewBox, kAskewCylinder, 0.019, kBristle))},
       {"HullOnHalfSpace", flat(OnFloor(kHull, HalfSpaceGeometry{}, kBristle, 0.006, Turn(0.2, 0.1, 0.3), floor))},
       {"HullOnMesh", mesh_case(kHull, 0.0068, Turn(0.2, 0.1, 0.3), kBristle), true},
       {"MovingMeshAgainstMovingHull",
        [=](const TriangleMesh& mesh) { return Collide(test::MakeMesh(mesh), kHull, 0.0448, kBristle); }, true},
       {"TwoHulls", flat(Collide(kHull, kHull, 0.0135, kBristle))},
       {"SphereAndHull", flat(Collide(kSphere, kHull, 0.0125, kBristle))},
-      {"SphereOnFixedMesh",
-       flat(OnFloor(kSphere, MakeFixedMesh(MakeBentBar()), kBristle, 0.0098, Turn(0, 0, 0), mesh_floor))},
   };
   for (Case& c : cases) {
     if (c.name == "BoxThatNeverTouches") c.steps = 20;
@@ -211,7 +226,7 @@ TEST_P(ContactGradientTest, EqualsDifferences) {
       PairScene s = scene;
       for (ContactGeometry& g : s.contacts[0].shapes) {
         const auto* designed = std::get_if<MeshGeometry>(&g);
-        if (designed != nullptr && designed->is_designed) g = test::MakeMesh(shape);
+        if (designed != nullptr && designed->IsDesigned()) g = test::MakeMesh(shape);
       }
       return run(s, zero, zero, nullptr);
     };

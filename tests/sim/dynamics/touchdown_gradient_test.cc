@@ -279,7 +279,7 @@ TEST(Touchdown, OnAMeshThatIsNotDesignedHasNoVertices) {
     return FindTouchdown(scene.contacts[0], dynamics.kinematics());
   };
   const std::optional<Touchdown> designed = find(test::MakeMesh(bar));
-  const std::optional<Touchdown> fixed = find(MakeFixedMesh(bar));
+  const std::optional<Touchdown> fixed = find(*MakeConvexMesh(bar));
   ASSERT_TRUE(designed && fixed);
   EXPECT_NEAR(designed->in, 0.006, 1e-9);
   EXPECT_EQ(fixed->in, designed->in);

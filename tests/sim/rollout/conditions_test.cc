@@ -17,7 +17,7 @@ bool Succeeds(const std::string& success, const std::string& integrator = "tr_bd
       R"(schema: 1
 name: conditions
 bodies:
-  - {{name: floor, joint: {{type: fixed}}, shape: {{type: half_space}}}}
+  - {{name: floor, joint: {{type: fixed}}, shapes: [{{type: half_space}}]}}
   - name: cart
     joint: {{type: prescribed, motion: {{type: constant_velocity, velocity: [100 mm/s, 0 mm/s, 0 mm/s]}}}}
   - name: shuttle
@@ -32,7 +32,7 @@ bodies:
           - {{duration: 200 ms, ramp: 50 ms}}
   - name: ball
     joint: {{type: free}}
-    shape: {{type: sphere, radius: 10 mm}}
+    shapes: [{{type: sphere, radius: 10 mm}}]
     inertia: {{type: solid, mass: 4 g}}
     initial: {{position: [0 mm, 50 mm, 30 mm]}}
 contacts:

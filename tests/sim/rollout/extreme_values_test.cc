@@ -29,12 +29,12 @@ gravity_direction: {azimuth: 10 deg, rise: -0.9}
 bodies:
   - name: ground
     joint: {type: fixed}
-    shape: {type: half_space}
+    shapes: [{type: half_space}]
   - name: tool
     joint:
       type: prescribed
       motion: {type: zigzag, amplitude: 6 mm, period: 1 s, sharpness: 0.9, forward_speed: 60 mm/s, stop_at: 37 cm}
-    shape: {type: designed_mesh}
+    shapes: [{type: designed_mesh}]
   - name: wall
     joint:
       type: prescribed
@@ -60,33 +60,33 @@ bodies:
     joint: {type: prismatic, axis: [0, 0, 2], damping: 3 N*s/m, stiffness: 4 N/m, rest: 5 mm,
             limits: {lower: -1 cm, upper: 1 mm, stiffness: 200 N/m, damping: 2 s/m, width: 1 mm},
             actuator: {type: position, limit: 5 N, stiffness: 80 N/m, damping: 1 N*s/m, lower: -9 mm, upper: 9 mm}}
-    shape: {type: sphere, radius: 1 cm}
+    shapes: [{type: sphere, radius: 1 cm}]
     inertia: {type: solid, mass: 1 g}
     initial: {displacement: 3 mm, speed: 1 mm/s}
   - name: swivel
     parent: slider
     joint: {type: ball, damping: 0.1 N*m*s/rad, stiffness: 0.2 N*m/rad, rest_rpy: [1 deg, 2 deg, 3 deg]}
-    shape: {type: sphere, radius: 1 cm}
+    shapes: [{type: sphere, radius: 1 cm}]
     inertia: {type: solid, mass: 1 g}
     initial: {orientation_rpy: [10 deg, 20 deg, 30 deg], angular_velocity: [1 rad/s, 2 rad/s, 3 rad/s]}
   - name: puck
     joint: {type: planar, linear_damping: 1 N*s/m, angular_damping: 1 N*m*s/rad}
-    shape: {type: sphere, radius: 1 cm}
+    shapes: [{type: sphere, radius: 1 cm}]
     inertia: {type: solid, mass: 1 g}
     initial: {position: [50 mm, 2 mm], angle: 3 deg, velocity: [4 mm/s, 5 mm/s], angular_velocity: 6 deg/s}
   - name: brick
     joint: {type: free}
-    shape: {type: box, size: [29 mm, 8 mm, 9 mm], rounding: 1 mm, center: [15 mm, 0 mm, 0 mm]}
+    shapes: [{type: box, size: [29 mm, 8 mm, 9 mm], rounding: 1 mm, position: [15 mm, 0 mm, 0 mm]}]
     inertia: {type: solid, mass: 1.5 g}
     initial: {position: [0 mm, 60 mm, 4.4 mm]}
   - name: pill
     joint: {type: free}
-    shape: {type: capsule, radius: 4 mm, length: 2 cm, center: [0 mm, 0 mm, 1 cm]}
+    shapes: [{type: capsule, radius: 4 mm, length: 2 cm, position: [0 mm, 0 mm, 1 cm]}]
     inertia: {type: density, density: 1 g/cm^3}
     initial: {position: [0 mm, 60 mm, 12.5 mm], orientation_rpy: [90 deg, 0 deg, 0 deg]}
   - name: pea
     joint: {type: free}
-    shape: {type: sphere, radius: 7 mm}
+    shapes: [{type: sphere, radius: 7 mm}]
     inertia: {type: solid, mass: 1.4 g}
     initial: {position: [0 mm, 6.9 mm, 7 mm], velocity: [1 mm/s, 2 mm/s, 3 mm/s],
               angular_velocity: [1 rad/s, 0 rad/s, 0 rad/s]}
@@ -256,7 +256,7 @@ std::vector<std::string> ListVaryingKeys() {
   std::vector<std::string> keys;
   Scene scene = Parse({}).scene;
   for (const NumericKey& key : ListNumericKeys(scene)) {
-    if (MayVary(key.path)) keys.push_back(key.path);
+    if (MayVary(key)) keys.push_back(key.path);
   }
   return keys;
 }

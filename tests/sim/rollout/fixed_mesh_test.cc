@@ -30,9 +30,9 @@ std::string MakeObj(const TriangleMesh& mesh) { return WriteObj(mesh, 1e-3); }
 TEST(FixedMesh, WeighsWhatItsPrismWeighs) {
   const Files files = {{kScenarioFileName,
                         "schema: 1\nname: prism\nbodies:\n"
-                        "  - {name: dense, joint: {type: free}, shape: {type: mesh, file: prism.obj, unit: 1 mm},\n"
+                        "  - {name: dense, joint: {type: free}, shapes: [{type: mesh, file: prism.obj, unit: 1 mm}],\n"
                         "     inertia: {type: density, density: 2 g/cm^3}}\n"
-                        "  - {name: heavy, joint: {type: free}, shape: {type: mesh, file: prism.obj, unit: 2 mm},\n"
+                        "  - {name: heavy, joint: {type: free}, shapes: [{type: mesh, file: prism.obj, unit: 2 mm}],\n"
                         "     inertia: {type: solid, mass: 5 g}}\n"
                         "rollout: {horizon: 1 ms, step: 1 ms}\n"},
                        {"prism.obj", MakeObj(test::MakeWedge())}};
@@ -67,11 +67,11 @@ std::vector<Vector3d> DropCube(const std::string& shape, const std::string& othe
   const std::string text =
       "schema: 1\nname: cube\ngravity: [0 m/s^2, 0 m/s^2, -9.81 m/s^2]\nbodies:\n"
       "  - {name: other, joint: {type: fixed, position: [3 mm, 1 mm, " +
-      std::to_string(other_z) + " mm]}, shape: " + other +
-      "}\n"
-      "  - name: cube\n    joint: {type: free}\n    shape: " +
+      std::to_string(other_z) + " mm]}, shapes: [" + other +
+      "]}\n"
+      "  - name: cube\n    joint: {type: free}\n    shapes: [" +
       shape +
-      "\n    inertia: {type: solid, mass: 8 g}\n"
+      "]\n    inertia: {type: solid, mass: 8 g}\n"
       "    initial: {position: [0 mm, 0 mm, 19 mm], orientation_rpy: [10 deg, 20 deg, 30 deg]}\n"
       "contacts: [{bodies: [cube, other], stiffness: 1e8 N/m^3, damping: 5 s/m, friction: 0.3, stick_distance: 10 "
       "um}]\n"
@@ -114,8 +114,8 @@ TEST(FixedMesh, IsAFileOfTheScenario) {
   EXPECT_EQ(scenario.files.size(), 2u);
   EXPECT_EQ(scenario.files.count("trough.obj"), 1u);
   const Scene again = ParseScenarioFiles(scenario.files);
-  EXPECT_EQ(std::get<MeshShape>(*again.bodies[0].shape).file, "trough.obj");
-  EXPECT_EQ(std::get<MeshShape>(*again.bodies[0].shape).unit, 1e-3);
+  EXPECT_EQ(std::get<MeshShape>(again.bodies[0].shapes[0].kind).file, "trough.obj");
+  EXPECT_EQ(std::get<MeshShape>(again.bodies[0].shapes[0].kind).unit, 1e-3);
   Files bent = scenario.files;
   bent["trough.obj"] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
   try {
@@ -128,10 +128,11 @@ TEST(FixedMesh, IsAFileOfTheScenario) {
 
 // It is read once, not with every draw.
 TEST(FixedMesh, HasOneUnitInAllVariations) {
-  const LoadedScenario scenario = Load(
-      "trough.yaml", {"variation=[{key: bodies.trough.shape.unit, distribution: uniform, lower: 1 mm, upper: 2 mm}]"});
+  const LoadedScenario scenario =
+      Load("trough.yaml",
+           {"variation=[{key: \"bodies.trough.shapes[0].unit\", distribution: uniform, lower: 1 mm, upper: 2 mm}]"});
   EXPECT_THAT(scenario.parsed.FormatErrors(),
-              testing::HasSubstr("variation[0].key: value 'bodies.trough.shape.unit': may not vary; "));
+              testing::HasSubstr("variation[0].key: value 'bodies.trough.shapes[0].unit': may not vary; "));
 }
 
 TEST(FixedMesh, ABallRollsDownATroughToItsWall) {
@@ -158,10 +159,12 @@ TEST(FixedMesh, GradientOfADesignedMeshOnAConvexOne) {
 name: ridge
 gravity: [0 m/s^2, 0 m/s^2, -9.81 m/s^2]
 bodies:
-  - {name: ridge, joint: {type: fixed, position: [-5 mm, 0 mm, 0 mm]}, shape: {type: mesh, file: ridge.obj, unit: 1 mm}}
+  - name: ridge
+    joint: {type: fixed, position: [-5 mm, 0 mm, 0 mm]}
+    shapes: [{type: mesh, file: ridge.obj, unit: 1 mm}]
   - name: tool
     joint: {type: free}
-    shape: {type: designed_mesh}
+    shapes: [{type: designed_mesh}]
     inertia: {type: density, density: 1 g/cm^3}
     initial: {position: [0 mm, 0 mm, 6.2 mm], orientation_rpy: [2 deg, 3 deg, 1 deg]}
 contacts: [{bodies: [tool, ridge], stiffness: 1e8 N/m^3, damping: 5 s/m, friction: 0.3, stick_distance: 20 um}]

@@ -27,7 +27,7 @@ name: throw
 bodies:
   - name: ball
     joint: {{type: free}}
-    shape: {{type: sphere, radius: 7 mm}}
+    shapes: [{{type: sphere, radius: 7 mm}}]
     inertia: {{type: solid, mass: 2 g}}
     initial: {{position: [{} mm, 100 mm, 300 mm], velocity: [50 mm/s, {} mm/s, 200 mm/s]}}
 signals:
@@ -130,24 +130,24 @@ bodies:
   - name: slider
     joint: {type: prismatic, axis: [1, 0, 0], damping: 3 N*s/m, stiffness: 4 N/m,
             actuator: {type: force, limit: 2 N}}
-    shape: {type: sphere, radius: 1 cm}
+    shapes: [{type: sphere, radius: 1 cm}]
     inertia: {type: solid, mass: 100 g}
     initial: {speed: 100 mm/s}
   - name: tool
     parent: slider
     joint: {type: revolute, axis: [0, 1, 0], damping: 1e-3 N*m*s/rad, actuator: {type: force, limit: 0.05 N*m}}
-    shape: {type: designed_mesh}
+    shapes: [{type: designed_mesh}]
     inertia: {type: density, density: 2 g/cm^3}
     initial: {angle: 20 deg, rate: 1 rad/s}
   - name: ball
     joint: {type: free}
-    shape: {type: sphere, radius: 7 mm}
+    shapes: [{type: sphere, radius: 7 mm}]
     inertia: {type: solid, mass: 2 g}
     initial: {position: [50 mm, 100 mm, 30 mm], velocity: [100 mm/s, -200 mm/s, 700 mm/s]}
   - name: weight
     parent: tool
     joint: {type: fixed, position: [10 mm, 0 mm, 0 mm], attachment: {point: [20 mm, 0 mm, 0 mm]}}
-    shape: {type: sphere, radius: 1 cm}
+    shapes: [{type: sphere, radius: 1 cm}]
     inertia: {type: solid, mass: 10 g}
 ropes:
   - {name: cord, links: 2, pitch: 20 mm, thickness: 4 mm, link_mass: 1 g,

@@ -27,24 +27,24 @@ name: arm
 bodies:
   - name: ground
     joint: {type: fixed, position: [0 mm, 0 mm, -30 mm]}
-    shape: {type: half_space}
+    shapes: [{type: half_space}]
   - name: arm
     joint: {type: revolute, axis: [0, 1, 0], damping: 1e-4 N*m*s/rad, stiffness: 2e-3 N*m/rad, rest: 5 deg,
             limits: {lower: -40 deg, upper: 20 deg, stiffness: 0.5 N*m/rad, damping: 0.2 s/rad, width: 10 deg},
             actuator: {type: position, limit: 5 N*m, stiffness: 3e-3 N*m/rad, damping: 1e-5 N*m*s/rad,
                        lower: -20 deg, upper: 30 deg}}
-    shape: {type: designed_mesh}
+    shapes: [{type: designed_mesh}]
     inertia: {type: density, density: 1 g/cm^3}
   - name: hand
     parent: arm
     joint: {type: revolute, axis: [0, 1, 0], position: [25 mm, 0 mm, 0 mm], damping: 1e-4 N*m*s/rad,
             attachment: {point: [23.4 mm, 0 mm, 0 mm]}, actuator: {type: force, limit: 5e-3 N*m}}
-    shape: {type: designed_mesh}
+    shapes: [{type: designed_mesh}]
     inertia: {type: density, density: 1 g/cm^3}
     initial: {angle: 10 deg}
   - name: ball
     joint: {type: free}
-    shape: {type: sphere, radius: 8 mm}
+    shapes: [{type: sphere, radius: 8 mm}]
     inertia: {type: solid, mass: 2 g}
     initial: {position: [56 mm, 3 mm, -22 mm]}
 contacts:

@@ -40,10 +40,10 @@ RolloutModel MakeModel(const Throw& t) {
       "schema: 1\nname: bounce\ngravity: [0 m/s^2, 0 m/s^2, " + std::to_string(-t.gravity) +
       " m/s^2]\n"
       "bodies:\n"
-      "  - {name: tool, joint: {type: fixed}, shape: {type: designed_mesh}}\n"
+      "  - {name: tool, joint: {type: fixed}, shapes: [{type: designed_mesh}]}\n"
       "  - name: ball\n"
       "    joint: {type: free}\n"
-      "    shape: {type: sphere, radius: 7 mm}\n"
+      "    shapes: [{type: sphere, radius: 7 mm}]\n"
       "    inertia: {type: solid, mass: 1.44 g}\n"
       "    initial: {position: [1 mm, 2 mm, " +
       std::to_string(17.0 + 1e3 * t.gap) + " mm], velocity: [" + std::to_string(t.sideways) + " m/s, 0 m/s, " +

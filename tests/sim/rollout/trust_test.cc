@@ -15,10 +15,10 @@ RolloutOutput ThrowAtPlate(double speed, const std::string& stiffness, const std
   const std::string text =
       "schema: 1\nname: throw\ngravity: [0 m/s^2, 0 m/s^2, 0 m/s^2]\n"
       "bodies:\n"
-      "  - {name: plate, joint: {type: fixed}, shape: {type: box, size: [60 mm, 2 mm, 60 mm]}}\n"
+      "  - {name: plate, joint: {type: fixed}, shapes: [{type: box, size: [60 mm, 2 mm, 60 mm]}]}\n"
       "  - name: ball\n"
       "    joint: {type: free}\n"
-      "    shape: {type: sphere, radius: 5 mm}\n"
+      "    shapes: [{type: sphere, radius: 5 mm}]\n"
       "    inertia: {type: solid, mass: 4 g}\n"
       "    initial: {position: [1 mm, -30 mm, 2 mm], velocity: [0 m/s, " +
       std::to_string(speed) +

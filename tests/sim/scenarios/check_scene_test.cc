@@ -182,15 +182,15 @@ const SceneErrorCase kContradictions[] = {
     {"OwnParent", "parent: wall", "parent: @hinge",
      "bodies.hinge.parent: value 'hinge': the bodies must form a tree, but here is a cycle: hinge → hinge"},
     {"NoInertia",
-     "    joint: {type: free}\n    shape: {type: sphere, radius: 1 cm}\n    inertia: {type: solid, mass: 4.2 g}",
-     "    joint: {type: @free}\n    shape: {type: sphere, radius: 1 cm}",
+     "    joint: {type: free}\n    shapes: [{type: sphere, radius: 1 cm}]\n    inertia: {type: solid, mass: 4.2 g}",
+     "    joint: {type: @free}\n    shapes: [{type: sphere, radius: 1 cm}]",
      "bodies.pea.inertia: a body that forces move needs an inertia; only fixed and prescribed ones do without"},
-    {"InertiaOfAHalfSpace", "{type: half_space}\n  - name: tool",
-     "{type: half_space}\n    inertia: {type: @solid, mass: 1 g}\n  - name: tool",
-     "bodies.ground.inertia.type: value 'solid': needs a shape with a volume (sphere, capsule, cylinder, box, "
-     "designed_mesh or mesh); else give an explicit inertia"},
+    {"InertiaOfAHalfSpace", "{type: half_space}]\n  - name: tool",
+     "{type: half_space}]\n    inertia: {type: @solid, mass: 1 g}\n  - name: tool",
+     "bodies.ground.inertia.type: value 'solid': needs shapes with a volume (sphere, capsule, cylinder, box, "
+     "designed_mesh or mesh) and no other; else give an explicit inertia"},
     {"RoundingOfABox", "9 mm], rounding: 1 mm", "9 mm], rounding: @5 mm",
-     "bodies.brick.shape.rounding: value '5 mm': must be at most half the least size, 0.004 m"},
+     "bodies.brick.shapes[0].rounding: value '5 mm': must be at most half the least size, 0.004 m"},
     {"ImpossibleMoments", "moments: [3e-6 kg*m^2, 3e-6 kg*m^2, 3e-6 kg*m^2]",
      "moments: @[1e-6 kg*m^2, 1e-6 kg*m^2, 3e-6 kg*m^2]",
      "bodies.hinge.inertia.moments: no body has such moments: the principal ones are 9e-07, 1.1e-06 and 3e-06, but "
@@ -203,13 +203,13 @@ const SceneErrorCase kContradictions[] = {
     {"ContactWithoutShape", "bodies: [tool, pea]", "bodies: [tool, @hinge]",
      "contacts[1].bodies[1]: value 'hinge': this body has no shape to touch with"},
     {"DesignedBodyWithoutAMesh",
-     "velocity: [1 m/s, 0 m/s, 0 m/s], angular_velocity: [0 rad/s, 0 rad/s, 9 deg/s]}\n    shape: "
-     "{type: half_space}",
-     "velocity: [1 m/s, 0 m/s, 0 m/s], angular_velocity: [0 rad/s, 0 rad/s, 9 deg/s]}\n    shape: "
-     "{type: @designed_mesh}",
-     "bodies.wall.shape.type: value 'designed_mesh': needs an entry of design.bodies that gives the mesh"},
+     "velocity: [1 m/s, 0 m/s, 0 m/s], angular_velocity: [0 rad/s, 0 rad/s, 9 deg/s]}\n    shapes: "
+     "[{type: half_space}]",
+     "velocity: [1 m/s, 0 m/s, 0 m/s], angular_velocity: [0 rad/s, 0 rad/s, 9 deg/s]}\n    shapes: "
+     "[{type: @designed_mesh}]",
+     "bodies.wall.shapes[0].type: value 'designed_mesh': needs an entry of design.bodies that gives the mesh"},
     {"DesignOfAnotherBody", "    - name: tool\n      mesh", "    - name: @wall\n      mesh",
-     "design.bodies.wall.name: value 'wall': the shape of this body must be of type designed_mesh"},
+     "design.bodies.wall.name: value 'wall': one of the shapes of this body must be of type designed_mesh"},
     {"LowerAboveUpper", "lower: 20 mm", "lower: @60 mm",
      "design.parameters.width.lower: value '60 mm': must be less than upper, 0.056 m"},
     {"InitialOutside", "initial: 44 mm", "initial: @57 mm",
@@ -276,7 +276,7 @@ const SceneErrorCase kContradictions[] = {
     {"VariationUpsideDown", "lower: -20 mm", "lower: @21 mm",
      "variation[0].lower: value '21 mm': must be at most upper, 0.02 m"},
     {"VariationOutOfRange", "bodies.pea.initial.position[0]\", distribution: uniform, lower: -20 mm",
-     "bodies.pea.shape.radius\", distribution: uniform, lower: @-20 mm",
+     "bodies.pea.shapes[0].radius\", distribution: uniform, lower: @-20 mm",
      "variation[0].lower: value '-20 mm': the key must be more than 0 m"},
     {"VariationReachesOut", "std: 0.05", "std: @0.25",
      "variation[1].std: value '0.25': draws reach from -0.09999999999999998 to 0.9, but the key must be from 0 to 10"},
@@ -416,9 +416,10 @@ TEST(CheckScene, ControlsAloneAreOptimisedByName) {
 
 TEST(CheckScene, ADesignedMeshNeedsADesign) {
   const EditedScene scene = EditScene(kPendulumYaml, "{type: sphere, radius: 20 mm}", "{type: @designed_mesh}");
-  EXPECT_EQ(ParseEditedScene(scene), "f.yaml:" + scene.place +
-                                         ": bodies.lower.shape.type: value 'designed_mesh': needs a section 'design' "
-                                         "that gives the mesh\n");
+  EXPECT_EQ(ParseEditedScene(scene),
+            "f.yaml:" + scene.place +
+                ": bodies.lower.shapes[0].type: value 'designed_mesh': needs a section 'design' "
+                "that gives the mesh\n");
 }
 
 }  // namespace

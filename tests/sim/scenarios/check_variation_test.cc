@@ -44,11 +44,11 @@ TEST(CheckVariation, RefusesAnUpperEnd) {
 TEST(CheckVariation, RefusesTheReachOfANormalDistribution) {
   std::string place;
   const std::string errors = ParseWithVariations(
-      "  - {key: \"bodies.brick.shape.size[1]\", distribution: normal, mean: 8 mm, std: @2.2 mm}\n", &place);
+      "  - {key: \"bodies.brick.shapes[0].size[1]\", distribution: normal, mean: 8 mm, std: @2.2 mm}\n", &place);
   EXPECT_TRUE(errors.starts_with(place + "variation[0].std: value '2.2 mm': this can be drawn and is not allowed: "
-                                         "bodies.brick.shape.size[1] = 0.00"))
+                                         "bodies.brick.shapes[0].size[1] = 0.00"))
       << errors;
-  EXPECT_NE(errors.find("bodies.brick.shape.rounding: must be at most half the least size"), std::string::npos);
+  EXPECT_NE(errors.find("bodies.brick.shapes[0].rounding: must be at most half the least size"), std::string::npos);
 }
 
 // Both ends are whole numbers of steps, and what lies between is not.
@@ -86,8 +86,8 @@ TEST(CheckVariation, RefusesDrawsThatOverflow) {
 TEST(CheckVariation, AllowsWhatFits) {
   std::string place;
   EXPECT_EQ(ParseWithVariations(
-                "  - {key: \"bodies.brick.shape.size[1]\", distribution: uniform, lower: 3 mm, upper: 12 mm}\n"
-                "  - {key: \"bodies.brick.shape.rounding\", distribution: uniform, lower: 0.1 mm, upper: 1.5 mm}\n"
+                "  - {key: \"bodies.brick.shapes[0].size[1]\", distribution: uniform, lower: 3 mm, upper: 12 mm}\n"
+                "  - {key: \"bodies.brick.shapes[0].rounding\", distribution: uniform, lower: 0.1 mm, upper: 1.5 mm}\n"
                 "  - {key: \"bodies.hinge.joint.axis[0]\", distribution: uniform, lower: -1, upper: 1}\n",
                 &place),
             "");

@@ -22,7 +22,7 @@ TEST(FindNumericKeys, PointsIntoTheSceneThatWasAsked) {
   Scene copy = scene;
   const std::vector<std::string> paths{"bodies.pea.initial.position[1]",     "gravity[2]",
                                        "bodies.tool.joint.motion.amplitude", "loss.task[0].when.at",
-                                       "design.parameters.width.upper",      "bodies.pea.shape.radius"};
+                                       "design.parameters.width.upper",      "bodies.pea.shapes[0].radius"};
   const std::vector<double*> numbers = FindNumericKeys(copy, paths);
   ASSERT_EQ(numbers.size(), paths.size());
   EXPECT_EQ(*numbers[0], 0.1);
@@ -63,14 +63,14 @@ TEST(ListNumericKeys, PathsAndNumbersAreDistinct) {
 }
 
 TEST(MayVary, ExcludesTheMachinery) {
-  EXPECT_TRUE(MayVary("gravity[2]"));
-  EXPECT_TRUE(MayVary("bodies.pea.shape.radius"));
-  EXPECT_TRUE(MayVary("success.of[0].when.at"));
-  EXPECT_TRUE(MayVary("signals.pill_error.targets[0].position[1]"));
-  EXPECT_FALSE(MayVary("rollout.step"));
-  EXPECT_FALSE(MayVary("learning.alpha"));
-  EXPECT_FALSE(MayVary("design.parameters.width.initial"));
-  EXPECT_FALSE(MayVary("variation[0].lower"));
+  EXPECT_TRUE(MayVary({.path = "gravity[2]", .dimension = kDimensionless}));
+  EXPECT_TRUE(MayVary({.path = "bodies.pea.shapes[0].radius", .dimension = kDimensionless}));
+  EXPECT_TRUE(MayVary({.path = "success.of[0].when.at", .dimension = kDimensionless}));
+  EXPECT_TRUE(MayVary({.path = "signals.pill_error.targets[0].position[1]", .dimension = kDimensionless}));
+  EXPECT_FALSE(MayVary({.path = "rollout.step", .dimension = kDimensionless}));
+  EXPECT_FALSE(MayVary({.path = "learning.alpha", .dimension = kDimensionless}));
+  EXPECT_FALSE(MayVary({.path = "design.parameters.width.initial", .dimension = kDimensionless}));
+  EXPECT_FALSE(MayVary({.path = "variation[0].lower", .dimension = kDimensionless}));
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ TEST(ParseScene, ReadsAPendulumWithDefaults) {
   EXPECT_EQ(joint.axis, Eigen::Vector3d::UnitY());
   EXPECT_EQ(joint.damping, 0.0);
   EXPECT_DOUBLE_EQ(joint.initial.angle, 0.52359877559829887);
-  EXPECT_FALSE(scene.bodies[0].shape.has_value());
+  EXPECT_FALSE(!scene.bodies[0].shapes.empty());
   EXPECT_EQ(std::get<ExplicitInertia>(*scene.bodies[0].inertia).center, Eigen::Vector3d(0.0, 0.0, -0.1));
   EXPECT_EQ(std::get<DensityInertia>(*scene.bodies[1].inertia).density, 1000.0);
   EXPECT_EQ(scene.rollout.integrator, Integrator::kBdf1);
@@ -80,19 +80,20 @@ const SceneErrorCase kFieldErrors[] = {
     {"UnknownKeyAtTheTop", "evaluation: {", "@evalution: {", "evalution: unknown key; did you mean 'evaluation'?"},
     {"UnknownKeyWithoutNeighbour", "seed: 12}", "@qqqq: 12}",
      "evaluation.qqqq: unknown key; expected one of: variations, seed"},
-    {"UnknownKeyOfAnAlternative", "radius: 1 cm}\n    inertia: {type: solid, mass: 4.2 g}",
-     "radius: 1 cm, @height: 1 cm}\n    inertia: {type: solid, mass: 4.2 g}",
-     "bodies.pea.shape.height: unknown key; expected one of: type, radius"},
-    {"StateOfAJointWithoutOne", "    shape: {type: half_space}\n  - name: tool",
-     "    shape: {type: half_space}\n    @initial: {}\n  - name: tool",
-     "bodies.ground.initial: unknown key; expected one of: name, parent, joint, shape, inertia"},
+    {"UnknownKeyOfAnAlternative", "radius: 1 cm}]\n    inertia: {type: solid, mass: 4.2 g}",
+     "radius: 1 cm, @height: 1 cm}]\n    inertia: {type: solid, mass: 4.2 g}",
+     "bodies.pea.shapes[0].height: unknown key; expected one of: type, radius, position, orientation_rpy"},
+    {"StateOfAJointWithoutOne", "    shapes: [{type: half_space}]\n  - name: tool",
+     "    shapes: [{type: half_space}]\n    @initial: {}\n  - name: tool",
+     "bodies.ground.initial: unknown key; expected one of: name, parent, joint, shapes, inertia"},
     {"DuplicateKey", "evaluation: {variations: 20", "evaluation: {variations: 20, @variations: 21",
      "evaluation.variations: duplicate key, first given in line 209"},
     {"MissingNumber", "{type: solid, mass: 4.2 g}", "@{type: solid}",
      "bodies.pea.inertia.mass: missing; expected a mass with its unit, such as "
      "'4.2 g', more than 0 kg"},
-    {"MissingType", "{type: half_space}\n  - name: tool", "@{}\n  - name: tool",
-     "bodies.ground.shape.type: missing; expected one of: half_space, sphere, capsule, cylinder, box, designed_mesh, "
+    {"MissingType", "{type: half_space}]\n  - name: tool", "@{}]\n  - name: tool",
+     "bodies.ground.shapes[0].type: missing; expected one of: half_space, sphere, capsule, cylinder, box, "
+     "designed_mesh, "
      "mesh"},
     {"MissingSection",
      "      type: prescribed\n      motion: {type: zigzag, amplitude: 6 cm, period: 3 s, sharpness: 0.9, "
@@ -133,7 +134,7 @@ const SceneErrorCase kFieldErrors[] = {
      "design.bodies.tool.vertex_groups.right.vertices: has 0 elements, expected at least 1 element"},
     {"ScalarForASection", "evaluation: {variations: 20, seed: 12}", "evaluation: @20",
      "evaluation: value '20': expected a section of keys"},
-    {"UnknownType", "{type: free}\n    shape: {type: sphere", "{type: @fre}\n    shape: {type: sphere",
+    {"UnknownType", "{type: free}\n    shapes: [{type: sphere", "{type: @fre}\n    shapes: [{type: sphere",
      "bodies.pea.joint.type: value 'fre': expected one of: fixed, prescribed, revolute, prismatic, ball, planar, free; "
      "did you mean 'free'?"},
     {"UnknownChoice", "integrator: bdf2", "integrator: @rk4",
@@ -193,14 +194,15 @@ const SceneErrorCase kFieldErrors[] = {
     {"VariationKeyOfAnInteger", "\"contacts[0].friction\"", "@rollout.newton_max_iterations",
      "variation[1].key: value 'rollout.newton_max_iterations': the scene has no such number"},
     {"VariationKeyThatMayNotVary", "\"contacts[0].friction\"", "@learning.alpha",
-     "variation[1].key: value 'learning.alpha': may not vary; numbers of gravity, bodies (but the unit of a mesh), "
+     "variation[1].key: value 'learning.alpha': may not vary; numbers of gravity, bodies (but unit and pose of a "
+     "mesh), "
      "contacts, grips, signals, loss and success may"},
-    {"MeshWithoutAUnit", "    shape: {type: half_space}\n  - name: hinge",
-     "    shape: @{type: mesh, file: wall.obj}\n  - name: hinge",
-     "bodies.wall.shape.unit: missing; expected a length with its unit, such as '10 mm', more than 0 m"},
-    {"MeshAbove", "    shape: {type: half_space}\n  - name: hinge",
-     "    shape: {type: mesh, file: @../wall.obj, unit: 1 mm}\n  - name: hinge",
-     "bodies.wall.shape.file: value '../wall.obj': expected a file below the scenario's folder, as a relative path "
+    {"MeshWithoutAUnit", "    shapes: [{type: half_space}]\n  - name: hinge",
+     "    shapes: [@{type: mesh, file: wall.obj}]\n  - name: hinge",
+     "bodies.wall.shapes[0].unit: missing; expected a length with its unit, such as '10 mm', more than 0 m"},
+    {"MeshAbove", "    shapes: [{type: half_space}]\n  - name: hinge",
+     "    shapes: [{type: mesh, file: @../wall.obj, unit: 1 mm}]\n  - name: hinge",
+     "bodies.wall.shapes[0].file: value '../wall.obj': expected a file below the scenario's folder, as a relative path "
      "without '..', such as 'meshes/tool.obj'"},
     {"VariationUnit", "lower: -20 mm", "lower: @-20",
      "variation[0].lower: value '-20': expected a length with its unit, such as '10 mm'"},
@@ -218,7 +220,7 @@ TEST(ParseScene, ReportsAllErrorsAtOnceInTheirOrder) {
       "bodies:\n"
       "  - name: pea\n"
       "    joint: {type: fre}\n"
-      "    shape: {type: sphere, radius: 10}\n"
+      "    shapes: [{type: sphere, radius: 10}]\n"
       "    initial: {position: [0 m, 0 m, 0 m]}\n"
       "  - name: ball\n"
       "    parent: pe\n"
@@ -235,7 +237,8 @@ TEST(ParseScene, ReportsAllErrorsAtOnceInTheirOrder) {
       "f.yaml:2:1: nmae: unknown key; did you mean 'name'?\n"
       "f.yaml:5:19: bodies.pea.joint.type: value 'fre': expected one of: fixed, prescribed, revolute, prismatic, ball, "
       "planar, free; did you mean 'free'?\n"
-      "f.yaml:6:35: bodies.pea.shape.radius: value '10': expected a length with its unit, such as '10 mm', more than 0 "
+      "f.yaml:6:37: bodies.pea.shapes[0].radius: value '10': expected a length with its unit, such as '10 mm', more "
+      "than 0 "
       "m\n"
       "f.yaml:9:13: bodies.ball.parent: value 'pe': no such body; did you mean 'pea'?\n"
       "f.yaml:10:19: bodies.ball.inertia: a body that forces move needs an inertia; only fixed and prescribed ones do "
@@ -262,12 +265,13 @@ TEST(ParseScene, AppliesOverrides) {
 }
 
 TEST(ParseScene, ReportsOverridesOnTheCommandLine) {
-  const std::vector<std::string> overrides{"learning.bacth=7", "learning.batch=11", "bodies.pea.shape.radius=1"};
-  EXPECT_EQ(ParseScene(kEverythingYaml, "f.yaml", overrides).FormatErrors(),
-            "command line: learning.bacth=7: learning.bacth: unknown key; did you mean 'batch'?\n"
-            "command line: learning.batch=11: learning.batch: value '11': a batch has at most all 10 variations\n"
-            "command line: bodies.pea.shape.radius=1: bodies.pea.shape.radius: value '1': expected a length with its "
-            "unit, such as '10 mm', more than 0 m\n");
+  const std::vector<std::string> overrides{"learning.bacth=7", "learning.batch=11", "bodies.pea.shapes[0].radius=1"};
+  EXPECT_EQ(
+      ParseScene(kEverythingYaml, "f.yaml", overrides).FormatErrors(),
+      "command line: learning.bacth=7: learning.bacth: unknown key; did you mean 'batch'?\n"
+      "command line: learning.batch=11: learning.batch: value '11': a batch has at most all 10 variations\n"
+      "command line: bodies.pea.shapes[0].radius=1: bodies.pea.shapes[0].radius: value '1': expected a length with its "
+      "unit, such as '10 mm', more than 0 m\n");
 }
 
 TEST(ParseScene, SaysWhatAnEmptyFileLacks) {

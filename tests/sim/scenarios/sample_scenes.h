@@ -14,7 +14,7 @@ bodies:
   - name: lower
     parent: upper
     joint: {type: revolute, axis: [0, 1, 0], damping: 0.1 N*m*s/rad}
-    shape: {type: sphere, radius: 20 mm}
+    shapes: [{type: sphere, radius: 20 mm}]
     inertia: {type: density, density: 1000 kg/m^3}
 rollout: {horizon: 1 s, step: 5 ms, integrator: bdf1}
 )";
@@ -29,18 +29,18 @@ gravity_direction: {azimuth: 10 deg, rise: -0.9}
 bodies:
   - name: ground
     joint: {type: fixed, position: [0 m, 0 m, -1 m], orientation_rpy: [1 deg, 2 deg, 3 deg]}
-    shape: {type: half_space}
+    shapes: [{type: half_space}]
   - name: tool
     joint:
       type: prescribed
       motion: {type: zigzag, amplitude: 6 cm, period: 3 s, sharpness: 0.9, forward_speed: 60 mm/s, stop_at: 37 cm}
-    shape: {type: designed_mesh}
+    shapes: [{type: designed_mesh}]
     inertia: {type: density, density: 1.2 g/cm^3}
   - name: wall
     joint:
       type: prescribed
       motion: {type: constant_velocity, velocity: [1 m/s, 0 m/s, 0 m/s], angular_velocity: [0 rad/s, 0 rad/s, 9 deg/s]}
-    shape: {type: half_space}
+    shapes: [{type: half_space}]
   - name: hinge
     parent: wall
     joint: {type: revolute, axis: [1, 1, 0], damping: 0.2 N*m*s/rad, stiffness: 0.1 N*m/rad, rest: 5 deg,
@@ -54,24 +54,24 @@ bodies:
     joint: {type: prismatic, axis: [0, 0, 2], damping: 3 N*s/m, stiffness: 4 N/m, rest: 5 mm,
             limits: {lower: -1 cm, upper: 1 cm, stiffness: 200 N/m, damping: 2 s/m, width: 1 mm},
             actuator: {type: position, limit: 5 N, stiffness: 80 N/m, damping: 1 N*s/m, lower: -9 mm, upper: 9 mm}}
-    shape: {type: sphere, radius: 1 cm}
+    shapes: [{type: sphere, radius: 1 cm}]
     inertia: {type: solid, mass: 1 g}
     initial: {displacement: 3 mm, speed: 1 mm/s}
   - name: swivel
     parent: slider
     joint: {type: ball, damping: 0.1 N*m*s/rad, stiffness: 0.2 N*m/rad, rest_rpy: [1 deg, 2 deg, 3 deg]}
-    shape: {type: sphere, radius: 1 cm}
+    shapes: [{type: sphere, radius: 1 cm}]
     inertia: {type: solid, mass: 1 g}
     initial: {orientation_rpy: [10 deg, 20 deg, 30 deg], angular_velocity: [1 rad/s, 2 rad/s, 3 rad/s]}
   - name: puck
     joint: {type: planar, linear_damping: 1 N*s/m, angular_damping: 1 N*m*s/rad}
-    shape: {type: sphere, radius: 1 cm}
+    shapes: [{type: sphere, radius: 1 cm}]
     inertia: {type: solid, mass: 1 g}
     initial: {position: [1 mm, 2 mm], angle: 3 deg, velocity: [4 mm/s, 5 mm/s], angular_velocity: 6 deg/s}
   - name: brick
     parent: tool
     joint: {type: free, attachment: {point: [1 mm, 2 mm, 3 mm]}}
-    shape: {type: box, size: [29 mm, 8 mm, 9 mm], rounding: 1 mm, center: [15 mm, 0 mm, 0 mm]}
+    shapes: [{type: box, size: [29 mm, 8 mm, 9 mm], rounding: 1 mm, position: [15 mm, 0 mm, 0 mm]}]
     inertia: {type: solid, mass: 1.5 g}
   - name: hand
     joint:
@@ -83,11 +83,11 @@ bodies:
           - {duration: 2 s, ramp: 1 s, angle: 1 rad, tips: [1, 0, 0]}
   - name: pill
     joint: {type: free}
-    shape: {type: capsule, radius: 4 mm, length: 2 cm, center: [0 mm, 0 mm, 1 cm]}
+    shapes: [{type: capsule, radius: 4 mm, length: 2 cm, position: [0 mm, 0 mm, 1 cm]}]
     inertia: {type: density, density: 1 g/cm^3}
   - name: pea
     joint: {type: free}
-    shape: {type: sphere, radius: 1 cm}
+    shapes: [{type: sphere, radius: 1 cm}]
     inertia: {type: solid, mass: 4.2 g}
     initial: {position: [0 mm, 100 mm, 10 mm], orientation_rpy: [1 deg, 2 deg, 3 deg],
               velocity: [1 mm/s, 2 mm/s, 3 mm/s], angular_velocity: [1 rad/s, 2 rad/s, 3 rad/s]}

@@ -1,0 +1,51 @@
+#include "sim/contact/pair_rules.h"
+
+#include <fmt/format.h>
+
+#include <cstddef>
+#include <vector>
+
+namespace knap {
+namespace {
+
+// What touches has the lower rank, what has the field the higher one.
+int GetRank(TouchingKind kind) {
+  switch (kind) {
+    case TouchingKind::kDesignedMesh:
+      return 0;
+    case TouchingKind::kBox:
+    case TouchingKind::kConvexMesh:
+      return 1;
+    case TouchingKind::kSphere:
+    case TouchingKind::kCapsule:
+    case TouchingKind::kCylinder:
+      return 2;
+    case TouchingKind::kHalfSpace:
+      return 3;
+  }
+  return 3;
+}
+
+}  // namespace
+
+PairRule FindPairRule(TouchingKind first, TouchingKind second) {
+  const int a = GetRank(first);
+  const int b = GetRank(second);
+  if (a != b) return a < b ? PairRule::kFirst : PairRule::kSecond;
+  // A designed mesh has no field, a half-space no surface that ends; a round body's axis is looked up in a round field,
+  // which a cylinder has not.
+  const bool has_cylinder = first == TouchingKind::kCylinder || second == TouchingKind::kCylinder;
+  return a == 0 || a == 3 || has_cylinder ? PairRule::kNone : PairRule::kBoth;
+}
+
+std::string DescribeNoTouch(TouchingKind first, TouchingKind second) {
+  const auto name = [](TouchingKind kind) { return kTouchingKindNames[static_cast<std::size_t>(kind)]; };
+  std::vector<std::string_view> others;
+  for (std::size_t i = 0; i < kTouchingKindNames.size(); ++i) {
+    if (FindPairRule(first, static_cast<TouchingKind>(i)) != PairRule::kNone) others.push_back(kTouchingKindNames[i]);
+  }
+  return fmt::format("{} and {} do not touch; a {} touches {}", name(first), name(second), name(first),
+                     fmt::join(others, ", "));
+}
+
+}  // namespace knap
