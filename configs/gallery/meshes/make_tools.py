@@ -2,8 +2,8 @@
 """Writes the tools of the gallery and their cages beside this script. Millimetres.
 
 blade: a bar, x -50..50, 10 thick, z 0..20, whose front face is a little hollow: at y = 0 in the middle, 3 and 10 ahead
-halfway and at the tips. Its cage is cut at five stations along x: left tip, left middle, centre, right middle, right
-tip. finger: a bar 8 x 8 that hangs from the origin down to z = -40,
+halfway and at the tips. rake: the same, but straight. Their cages are cut at five stations along x: left tip, left
+middle, centre, right middle, right tip. finger: a bar 8 x 8 that hangs from the origin down to z = -40,
 with a cage cut at its ends. Station s has cage vertices 4s..4s+3 (from 0).
 """
 import pathlib
@@ -29,13 +29,13 @@ def hollow(vertices):
     return [(x, y + ahead(x), z) for x, y, z in vertices]
 
 
-def write_blade():
+def write_bar(name, shape):
     xs = spread_between(STATIONS, [10, 10, 10, 10])
     vertices, triangles = make_box(xs, spread(-10, 0, 2), spread(0, 20, 2))
-    write_obj(__file__, "blade.obj", "Blade, a hollow bar", hollow(vertices), triangles)
+    write_obj(__file__, f"{name}.obj", f"{name.capitalize()}, a bar", shape(vertices), triangles)
     tip = STATIONS[-1] + MARGIN
     vertices, triangles = make_box([-tip, *STATIONS[1:-1], tip], [-10 - MARGIN, MARGIN], [-MARGIN, 20 + MARGIN])
-    write_obj(__file__, "blade_cage.obj", "Cage of the blade", hollow(vertices), triangles)
+    write_obj(__file__, f"{name}_cage.obj", f"Cage of the {name}", shape(vertices), triangles)
 
 
 def turn(vertices):
@@ -51,5 +51,6 @@ def write_finger():
 
 
 if __name__ == "__main__":
-    write_blade()
+    write_bar("blade", hollow)
+    write_bar("rake", list)
     write_finger()

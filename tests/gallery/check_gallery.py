@@ -1,0 +1,81 @@
+#!/usr/bin/env python3
+"""check_gallery.py KNAP GALLERY
+
+Judges rollouts of the gallery's tasks by their exported trajectories alone: what is a success by places of bodies in
+the CSV must be one for knap, and the other way round; with designs as learning finds them, and with the initial ones.
+"""
+import csv
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+
+def rows_of(path):
+    with open(path, newline="") as file:
+        return [{name: float(text) for name, text in row.items() if text} for row in csv.DictReader(file)]
+
+
+def distance(row, body, place):
+    return sum((row[f"{body}.{axis}"] - p) ** 2 for axis, p in zip("xyz", place)) ** 0.5
+
+
+def sweeps_into_the_disc(rows):
+    return distance(rows[-1], "cube", (0, 0.170, 0.010)) < 0.013
+
+
+def gathers_three_balls(rows):
+    end = rows[-1]
+    place = (end["rake.x"], end["rake.y"] + 0.015, end["rake.z"] + 0.007)  # the rake does not turn
+    return all(distance(end, ball, place) < 0.020 for ball in ("left", "middle", "right"))
+
+
+def presses_the_button(rows):
+    """Lower than 4 mm below where it stands unpressed, for a tenth of a second without a break."""
+    since = None
+    for row in rows:
+        if row["cap.z"] - 0.005 >= -0.004:
+            since = None
+            continue
+        since = row["time"] if since is None else since
+        if row["time"] - since >= 0.1 - 1e-9:
+            return True
+    return False
+
+
+TASKS = {
+    "sweep": (sweeps_into_the_disc, 4, "left_tip=32 mm,left_middle=16 mm,right_middle=16 mm,right_tip=32 mm"),
+    "rake": (gathers_three_balls, 4, "left_tip=34 mm,left_middle=4 mm,right_middle=4 mm,right_tip=34 mm"),
+    "button": (presses_the_button, 0, "length=54.5 mm"),
+}
+
+
+def main():
+    knap, gallery = sys.argv[1], pathlib.Path(sys.argv[2])
+    wrong = 0
+    with tempfile.TemporaryDirectory() as folder:
+        file = pathlib.Path(folder) / "motion.csv"
+        for task, (judge, variations, learned) in TASKS.items():
+            successes = {}
+            for design in ("initial", learned):
+                for variation in range(max(variations, 1)):
+                    chosen = ["--variation", str(variation)] if variations else []
+                    answer = json.loads(subprocess.run(
+                        [knap, "rollout", gallery / f"{task}.yaml", "--theta", design, *chosen, "--trajectory", file,
+                         "--json"], check=True, capture_output=True, text=True).stdout)
+                    own = judge(rows_of(file))
+                    successes.setdefault(design, []).append(own)
+                    if own != answer["success"]:
+                        print(f"{task}, {design}, variation {variation}: the trajectory says {own}, "
+                              f"knap {answer['success']}")
+                        wrong += 1
+            print(task, {design: f"{sum(seen)} of {len(seen)}" for design, seen in successes.items()})
+            if not all(successes[learned]) or all(successes["initial"]):
+                print(f"{task}: the learned design is to succeed, and the initial one to fail at times")
+                wrong += 1
+    sys.exit(wrong > 0)
+
+
+if __name__ == "__main__":
+    main()
