@@ -13,7 +13,7 @@ namespace {
 constexpr int kPoints = 200;
 
 // In the form and on the terms of configs/pushing.yaml.
-constexpr const char* kScene = R"(schema: 1
+constexpr const char* kScene = R"(schema: 2
 name: known
 gravity: [0 m/s^2, 0 m/s^2, -9.81 m/s^2]
 bodies:

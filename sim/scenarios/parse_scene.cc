@@ -71,6 +71,7 @@ class SceneReader final : public FieldVisitor {
       log_.Fail("", frames_.back().node->position, "expected a scenario: keys with values");
       return false;
     }
+    if (IsOfAnEarlierSchema()) return false;
     VisitFields(*this, result_.scene);
     CheckUnknownKeys();
     CheckReferences();
@@ -208,6 +209,20 @@ class SceneReader final : public FieldVisitor {
   }
 
  private:
+  // What such a file says in keys of its own would come out as a list of unknown ones.
+  bool IsOfAnEarlierSchema() {
+    const ConfigNode* schema = frames_.back().node->Find("schema");
+    if (schema == nullptr || schema->kind != ConfigNode::Kind::kScalar) return false;
+    const std::optional<std::int64_t> number = ParseInteger(schema->text);
+    if (!number || *number < 1 || *number >= kSceneSchema) return false;
+    log_.Fail(
+        "schema", schema->position,
+        fmt::format("value '{}': a file of an earlier format; this one is {}: docs/migrating.md tells what became "
+                    "of its keys",
+                    schema->text, kSceneSchema));
+    return true;
+  }
+
   // A section, or an element of a list, being read.
   struct Frame {
     const ConfigNode* node;

@@ -348,7 +348,8 @@ struct TrustDemand {
 
 // ---- The whole ----------------------------------------------------------------------------------------------------
 
-inline constexpr std::int64_t kSceneSchema = 1;
+// 1 had one shape a body, and losses, success tests and observations of its own kinds: docs/migrating.md.
+inline constexpr std::int64_t kSceneSchema = 2;
 
 // Where down is.
 struct GravityDirection {

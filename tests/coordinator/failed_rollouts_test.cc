@@ -21,7 +21,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kSpins = 1e15, kRests = 0.0;  // [rad/s]
 
-constexpr char kArm[] = R"(schema: 1
+constexpr char kArm[] = R"(schema: 2
 name: arm
 gravity: [0 m/s^2, 0 m/s^2, 0 m/s^2]
 bodies:

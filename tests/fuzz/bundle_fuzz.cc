@@ -5,7 +5,7 @@
 #include "tests/fuzz/fuzz_target.h"
 
 std::vector<std::string> MakeSeeds() {
-  return {knap::EncodeBundle({}), knap::EncodeBundle({{"scenario.yaml", "schema: 1"}, {"meshes/a.stl", "solid"}}),
+  return {knap::EncodeBundle({}), knap::EncodeBundle({{"scenario.yaml", "schema: 2"}, {"meshes/a.stl", "solid"}}),
           knap::EncodeBundle({{"", ""}, {"b", std::string(300, 'x')}})};
 }
 

@@ -18,7 +18,7 @@ using Eigen::VectorXd;
 using Files = std::map<std::string, std::string>;
 
 // A rod hung from a post by its own frame, 250 mm from the pivot to its centre of mass, released at 120°.
-constexpr char kSwingYaml[] = R"(schema: 1
+constexpr char kSwingYaml[] = R"(schema: 2
 name: swing
 bodies:
   - name: tip

@@ -132,7 +132,7 @@ TEST_F(CheckModelTest, MeshesThatAreNotDesigned) {
 
 // A linear policy of one motor: two inputs and a bias.
 TEST_F(CheckModelTest, WeightsMustFitTheNetwork) {
-  constexpr char kCrank[] = R"(schema: 1
+  constexpr char kCrank[] = R"(schema: 2
 name: crank
 bodies:
   - name: crank

@@ -14,7 +14,7 @@ namespace {
 // ball: falls 20 mm, stops and stays at rest, in touch with the floor from some 64 ms on.
 bool Succeeds(const std::string& success, const std::string& integrator = "tr_bdf2") {
   const std::string text = fmt::format(
-      R"(schema: 1
+      R"(schema: 2
 name: conditions
 bodies:
   - {{name: floor, joint: {{type: fixed}}, shapes: [{{type: half_space}}]}}

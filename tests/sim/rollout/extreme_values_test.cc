@@ -22,7 +22,7 @@ namespace {
 
 // Joints, motions, shapes, inertias, contacts, grips, signals, terms of the loss and conditions that have numbers which
 // may vary.
-constexpr char kScene[] = R"(schema: 1
+constexpr char kScene[] = R"(schema: 2
 name: extremes
 gravity: [0 m/s^2, 0 m/s^2, -9.81 m/s^2]
 gravity_direction: {azimuth: 10 deg, rise: -0.9}

@@ -29,7 +29,7 @@ std::string MakeObj(const TriangleMesh& mesh) { return WriteObj(mesh, 1e-3); }
 // A prism of 16 mm, 10 mm and 20 mm along x, z and y, whose ends are triangles.
 TEST(FixedMesh, WeighsWhatItsPrismWeighs) {
   const Files files = {{kScenarioFileName,
-                        "schema: 1\nname: prism\nbodies:\n"
+                        "schema: 2\nname: prism\nbodies:\n"
                         "  - {name: dense, joint: {type: free}, shapes: [{type: mesh, file: prism.obj, unit: 1 mm}],\n"
                         "     inertia: {type: density, density: 2 g/cm^3}}\n"
                         "  - {name: heavy, joint: {type: free}, shapes: [{type: mesh, file: prism.obj, unit: 2 mm}],\n"
@@ -65,7 +65,7 @@ std::vector<Vector3d> RecordPath(RolloutModel* model, const std::string& body) {
 // A cube that falls on a corner of its own onto another body: its path.
 std::vector<Vector3d> DropCube(const std::string& shape, const std::string& other, double other_z) {
   const std::string text =
-      "schema: 1\nname: cube\ngravity: [0 m/s^2, 0 m/s^2, -9.81 m/s^2]\nbodies:\n"
+      "schema: 2\nname: cube\ngravity: [0 m/s^2, 0 m/s^2, -9.81 m/s^2]\nbodies:\n"
       "  - {name: other, joint: {type: fixed, position: [3 mm, 1 mm, " +
       std::to_string(other_z) + " mm]}, shapes: [" + other +
       "]}\n"
@@ -155,7 +155,7 @@ TEST(FixedMesh, ABallRollsDownATroughToItsWall) {
 
 // The designed box lands on the ridge of a prism.
 TEST(FixedMesh, GradientOfADesignedMeshOnAConvexOne) {
-  const std::string text = R"(schema: 1
+  const std::string text = R"(schema: 2
 name: ridge
 gravity: [0 m/s^2, 0 m/s^2, -9.81 m/s^2]
 bodies:

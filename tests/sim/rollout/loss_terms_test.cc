@@ -22,7 +22,7 @@ using Eigen::VectorXd;
 // A ball thrown from (x, 100, 300) mm with (50, vy, 200) mm/s; nothing touches it.
 RolloutModel MakeThrow(const std::string& loss, double x_mm, double vy_mm, double horizon_s, const std::string& step) {
   const std::string text = fmt::format(
-      R"(schema: 1
+      R"(schema: 2
 name: throw
 bodies:
   - name: ball
@@ -123,7 +123,7 @@ TEST(Terms, HaveTheirShapesSidesAndTargets) {
 // ---- Gradients ------------------------------------------------------------------------------------------------------
 
 // A slider along x carries a hinge, which carries a designed box; both are driven. A ball flies by, and a rope falls.
-constexpr char kArm[] = R"(schema: 1
+constexpr char kArm[] = R"(schema: 2
 name: arm
 gravity: [1 m/s^2, 0 m/s^2, -9.81 m/s^2]
 bodies:

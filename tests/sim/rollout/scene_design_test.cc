@@ -22,7 +22,7 @@ using Files = std::map<std::string, std::string>;
 
 // An arm with every law a joint can have, and a hand on it that beats the ground and pushes a ball. Gravity turns them
 // down; both links are designed, the hand's joint rides on the arm's end.
-constexpr char kArm[] = R"(schema: 1
+constexpr char kArm[] = R"(schema: 2
 name: arm
 bodies:
   - name: ground

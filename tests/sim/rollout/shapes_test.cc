@@ -42,7 +42,7 @@ double FindLargestDifference(const std::vector<Pose>& a, const std::vector<Pose>
 
 // Two balls of 10 mm on a rod of 3 mm, 60 mm apart along y.
 Files MakeDumbbell(const std::string& gravity, double height_mm) {
-  return {{kScenarioFileName, fmt::format(R"(schema: 1
+  return {{kScenarioFileName, fmt::format(R"(schema: 2
 name: dumbbell
 gravity: {}
 bodies:
@@ -128,7 +128,7 @@ Files MakeComposite(const std::vector<Part>& parts, bool as_bodies, const Files&
                                     : "    shapes:\n" + shapes + "    inertia: {type: density, density: 1 g/cm^3}\n";
   Files files = meshes;
   files[kScenarioFileName] =
-      "schema: 1\nname: composite\nbodies:\n"
+      "schema: 2\nname: composite\nbodies:\n"
       "  - {name: floor, joint: {type: fixed}, shapes: [{type: half_space}]}\n"
       "  - {name: post, joint: {type: fixed, position: [20 mm, 0 mm, 0 mm]}, shapes: [{type: box, size: [20 mm, 20 mm, "
       "20 mm]}]}\n"
@@ -193,7 +193,7 @@ TriangleMesh MakeAngle() {
 TEST(Shapes, AMeshTakenApartPressesAsItsBoxesDo) {
   const auto make = [](const std::string& shapes) {
     Files files = {{kScenarioFileName,
-                    "schema: 1\nname: angle\nbodies:\n"
+                    "schema: 2\nname: angle\nbodies:\n"
                     "  - {name: floor, joint: {type: fixed}, shapes: [{type: half_space}]}\n"
                     "  - name: angle\n    joint: {type: free}\n    shapes: [" +
                         shapes +
@@ -221,7 +221,7 @@ TEST(Shapes, AMeshTakenApartPressesAsItsBoxesDo) {
 
 // A designed box beside a ball and an askew box, all of one density, falls on a floor.
 TEST(Shapes, GradientOfADesignedMeshBesideOtherShapes) {
-  const std::string text = R"(schema: 1
+  const std::string text = R"(schema: 2
 name: mixed
 bodies:
   - {name: floor, joint: {type: fixed}, shapes: [{type: half_space, orientation_rpy: [5 deg, 10 deg, 0 deg]}]}
@@ -281,7 +281,7 @@ std::string FindErrors(const std::string& shapes, const std::string& others, con
   const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "knap_shapes";
   std::filesystem::create_directories(folder);
   const std::filesystem::path file = folder / "s.yaml";
-  std::ofstream(file) << "schema: 1\nname: s\nbodies:\n"
+  std::ofstream(file) << "schema: 2\nname: s\nbodies:\n"
                          "  - {name: other, joint: {type: fixed}, shapes: [" +
                              others + "]}\n  - {name: thing, joint: {type: free}, shapes: [" + shapes +
                              "], inertia: " + inertia + "}\n" +

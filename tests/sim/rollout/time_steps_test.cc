@@ -37,7 +37,7 @@ struct Throw {
 // A ball bounces off a plate whose height is the design.
 RolloutModel MakeModel(const Throw& t) {
   const std::string text =
-      "schema: 1\nname: bounce\ngravity: [0 m/s^2, 0 m/s^2, " + std::to_string(-t.gravity) +
+      "schema: 2\nname: bounce\ngravity: [0 m/s^2, 0 m/s^2, " + std::to_string(-t.gravity) +
       " m/s^2]\n"
       "bodies:\n"
       "  - {name: tool, joint: {type: fixed}, shapes: [{type: designed_mesh}]}\n"

@@ -13,7 +13,7 @@ namespace {
 RolloutOutput ThrowAtPlate(double speed, const std::string& stiffness, const std::string& rollout,
                            const std::string& more = "") {
   const std::string text =
-      "schema: 1\nname: throw\ngravity: [0 m/s^2, 0 m/s^2, 0 m/s^2]\n"
+      "schema: 2\nname: throw\ngravity: [0 m/s^2, 0 m/s^2, 0 m/s^2]\n"
       "bodies:\n"
       "  - {name: plate, joint: {type: fixed}, shapes: [{type: box, size: [60 mm, 2 mm, 60 mm]}]}\n"
       "  - name: ball\n"

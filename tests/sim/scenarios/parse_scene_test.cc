@@ -119,7 +119,9 @@ const SceneErrorCase kFieldErrors[] = {
     {"IntegerOutOfRange", "seed: 12}", "seed: @-1}", "evaluation.seed: value '-1': must be from 0 to 9007199254740991"},
     {"YesTrap", "friction: 0.4", "friction: @yes",
      "contacts[0].friction: value 'yes': expected a number without a unit, such as '0.4', from 0 to 10"},
-    {"WrongSchema", "schema: 1", "schema: @2", "schema: value '2': must be 1"},
+    {"WrongSchema", "schema: 2", "schema: @3", "schema: value '3': must be 2"},
+    {"EarlierSchema", "schema: 2", "schema: @1",
+     "schema: value '1': a file of an earlier format; this one is 2: docs/migrating.md tells what became of its keys"},
     {"ListForANumber", "mass: 4.2 g", "mass: @[4.2 g]",
      "bodies.pea.inertia.mass: is a list, expected a mass with its unit, such as '4.2 g', more than 0 kg"},
     {"SectionForANumber", "mass: 4.2 g", "mass: @{a: 1}",
@@ -215,7 +217,7 @@ INSTANTIATE_TEST_SUITE_P(All, FieldError, testing::ValuesIn(kFieldErrors),
 
 TEST(ParseScene, ReportsAllErrorsAtOnceInTheirOrder) {
   const std::string text =
-      "schema: 1\n"
+      "schema: 2\n"
       "nmae: x\n"
       "bodies:\n"
       "  - name: pea\n"
@@ -276,7 +278,7 @@ TEST(ParseScene, ReportsOverridesOnTheCommandLine) {
 
 TEST(ParseScene, SaysWhatAnEmptyFileLacks) {
   EXPECT_EQ(ParseScene("", "f.yaml").FormatErrors(),
-            "f.yaml:1:1: schema: missing; expected an integer, 1\n"
+            "f.yaml:1:1: schema: missing; expected an integer, 2\n"
             "f.yaml:1:1: name: missing; expected a text\n"
             "f.yaml:1:1: bodies: missing; expected a list in [ ], at least 1 element\n"
             "f.yaml:1:1: rollout: missing; expected a section of keys\n");

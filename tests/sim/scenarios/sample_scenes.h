@@ -4,7 +4,7 @@
 namespace knap {
 
 // A double pendulum: no design, no contact, nothing that varies.
-inline constexpr char kPendulumYaml[] = R"(schema: 1
+inline constexpr char kPendulumYaml[] = R"(schema: 2
 name: pendulum
 bodies:
   - name: upper
@@ -21,7 +21,7 @@ rollout: {horizon: 1 s, step: 5 ms, integrator: bdf1}
 
 // Everything that a file can hold: each joint, motion, shape, inertia, distribution, signal, term of a
 // loss and condition.
-inline constexpr char kEverythingYaml[] = R"(schema: 1
+inline constexpr char kEverythingYaml[] = R"(schema: 2
 name: everything
 description: "quotes \" and \\, lines\n, ünïcode: yes"
 gravity: [0 m/s^2, 0 m/s^2, -1.62 m/s^2]
