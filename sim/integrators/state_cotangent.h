@@ -17,6 +17,9 @@ struct StateCotangent {
   // Of the state's time, where whoever watches knows what another time would mean to him; without a value the time is
   // his, and the state stays where it is.
   std::optional<double> time{};
+  // Of the state's time where it is read as a number. Whoever fills in `time` adds it there; else the state stays, and
+  // so does its time.
+  double clock = 0.0;
   // Of the joint coordinate with this index in v: of its pose and of its rate.
   int coordinate = -1;  // none
   double pose = 0.0;

@@ -50,7 +50,9 @@ class Segment {
     signal_.PullBack(at, bar, out);
     if (rate_) rate_->PullBack(at, bar_rate, out);
     // What another time of the state would mean is known, and the state may move.
-    for (std::size_t i = before; i < out->states.size(); ++i) out->states[i].time = i == before ? bar_time : 0.0;
+    for (std::size_t i = before; i < out->states.size(); ++i) {
+      out->states[i].time = out->states[i].clock + (i == before ? bar_time : 0.0);
+    }
   }
 
   const SignalFunction& signal_;

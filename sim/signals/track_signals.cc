@@ -16,11 +16,15 @@ class ConstantSignalFunction final : public SignalFunction {
   double value_;
 };
 
-// Losses and policies read it where time cannot move.
 class TimeSignalFunction final : public SignalFunction {
  public:
   double Calc(const Moment& at) const override { return at.time; }
-  void PullBack(const Moment&, double, SignalCotangents*) const override {}
+  void PullBack(const Moment& at, double bar, SignalCotangents* out) const override {
+    StateCotangent& c = out->states.emplace_back();
+    c.state = at.state;
+    c.clock = bar;
+  }
+  std::unique_ptr<SignalFunction> MakeRate() const override { return MakeConstantSignal(1.0); }
 };
 
 class CommandSignalFunction final : public SignalFunction {

@@ -31,7 +31,8 @@ struct Throw {
   std::string rollout = "horizon: 0.4 s, newton_tolerance: 1e-13";
   std::string more;                         // sections of the file
   std::string axes = "[1 mm, 2 mm, -1 m]";  // the loss is the distance from there …
-  std::string loss = "off";                 // … or "rise", the speed upwards
+  std::string loss = "off";                 // … or "rise", the speed upwards, or "now", the time
+  std::string when = "end";                 // of the loss
 };
 
 // A ball bounces off a plate whose height is the design.
@@ -66,9 +67,11 @@ RolloutModel MakeModel(const Throw& t) {
       t.axes +
       "}]}\n"
       "  - {name: rise, type: velocity, body: ball, axis: z}\n"
+      "  - {name: height, type: position, body: ball, axis: z}\n"
+      "  - {name: now, type: time}\n"
       "loss: {task: [{signals: [" +
-      t.loss + "], shape: absolute, side: above}]}\nlearning: {dimensions_per_batch: 1, variations: 1, batch: 1}\n" +
-      t.more;
+      t.loss + "], when: {type: " + t.when +
+      "}, shape: absolute, side: above}]}\nlearning: {dimensions_per_batch: 1, variations: 1, batch: 1}\n" + t.more;
   return RolloutModel({{kScenarioFileName, text}, {"plate.obj", kPlate}, {"cage.obj", kCage}});
 }
 
@@ -99,6 +102,25 @@ TEST_P(ImpactSlopeTest, IsOnePlusTheRestitutionAtDefaultSettings) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Speeds, ImpactSlopeTest, testing::Values(0.06, 0.5, 2.0));
+
+// When it is back, 20 mm higher than it began: a plate that is higher by dp sends it back dp/v earlier, and from dp
+// higher.
+TEST(ImpactSlope, OfTheTimeOfArrivalIsTheProblems) {
+  for (int i = 0; i < 10; ++i) {
+    Throw t;
+    t.gap = 0.04 + 1.1e-4 * i;
+    t.loss = "rise";
+    RolloutModel speed = MakeModel(t);
+    const double restitution = RunInitial(&speed).loss / t.speed;
+    t.loss = "now";
+    t.when = "crossing, signal: height, at: " + std::to_string(37.0 + 1e3 * t.gap) + " mm";
+    RolloutModel model = MakeModel(t);
+    const RolloutOutput out = RunInitial(&model);
+    EXPECT_NEAR(out.loss, t.gap / t.speed + (t.gap + 0.02) / (restitution * t.speed), 8e-3)
+        << i;  // and some milliseconds of impact
+    EXPECT_NEAR(out.gradient(0), -(1.0 + 1.0 / restitution) / t.speed, 0.02 * 2.0 / t.speed) << i;
+  }
+}
 
 // Thrown obliquely onto the plate, with friction and damping, against tolerances 100 times tighter.
 TEST(LossError, IsWithinAFactorOfThreeOfTheTruth) {
