@@ -113,6 +113,7 @@ bool TcpqRelay::Read(Client* client) {
   if (size == 0) return false;
   if (size < 0) return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
   client->reader.Append(buffer.data(), static_cast<std::size_t>(size));
+  Account(client);  // before what it sends is held for others
   while (const std::optional<TcpqMessage> message = client->reader.Take()) {
     if (message->type == TcpqType::kPublish) {
       Relay(*message);
