@@ -46,7 +46,9 @@ void SetGradientUnknown(const RolloutInput& input, RolloutOutput* out) {
 Eigen::MatrixXd StackCommands(const Eigen::MatrixXd& open_loop, const ClosedLoop* policy) {
   if (policy == nullptr) return open_loop;
   Eigen::MatrixXd commands(open_loop.rows() + policy->commands().rows(), policy->commands().cols());
-  commands << open_loop, policy->commands();
+  // Without open-loop controls there are no columns either.
+  if (open_loop.rows() > 0) commands.topRows(open_loop.rows()) = open_loop;
+  commands.bottomRows(policy->commands().rows()) = policy->commands();
   return commands;
 }
 
