@@ -129,8 +129,6 @@ class TableCollector final : public FieldVisitor {
         return "name of a body";
       case TextRole::kBodyOrWorld:
         return "world or name of a body";
-      case TextRole::kRope:
-        return "name of a rope";
       case TextRole::kBodyOrRope:
         return "name of a body or rope";
       case TextRole::kParameter:

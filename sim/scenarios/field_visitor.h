@@ -48,7 +48,6 @@ enum class TextRole {
   kBody,  // the name of a body
   kBodyOrWorld,
   kNewRope,
-  kRope,
   kBodyOrRope,
   kNewSignal,
   kSignal,

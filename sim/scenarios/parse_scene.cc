@@ -40,7 +40,6 @@ std::string_view CalcNoun(TextRole role) {
     case TextRole::kBodyOrWorld:
       return "body";
     case TextRole::kNewRope:
-    case TextRole::kRope:
       return "rope";
     case TextRole::kBodyOrRope:
       return "body or rope";
@@ -134,7 +133,6 @@ class SceneReader final : public FieldVisitor {
         break;
       case TextRole::kBody:
       case TextRole::kBodyOrWorld:
-      case TextRole::kRope:
       case TextRole::kBodyOrRope:
       case TextRole::kParameter:
       case TextRole::kGroup:
@@ -335,7 +333,7 @@ class SceneReader final : public FieldVisitor {
     for (const Reference& reference : references_) {
       const std::string_view noun = CalcNoun(reference.role);
       std::vector<std::string> names = names_[noun];
-      if (names.empty() && (reference.role == TextRole::kRope || reference.role == TextRole::kSignal)) {
+      if (names.empty() && reference.role == TextRole::kSignal) {
         log_.Fail(reference.path, reference.position,
                   fmt::format("{}no such {}; there are none", QuoteValue(reference.name), noun));
       }

@@ -14,6 +14,7 @@
 #include "sim/scenarios/dump_scene.h"
 #include "sim/scenarios/scenario_files.h"
 #include "tests/sim/contact/convex_meshes.h"
+#include "tests/sim/rollout/designed_bar.h"
 #include "tests/sim/rollout/differences.h"
 
 namespace knap {
@@ -168,26 +169,7 @@ bodies:
     inertia: {type: density, density: 1 g/cm^3}
     initial: {position: [0 mm, 0 mm, 6.2 mm], orientation_rpy: [2 deg, 3 deg, 1 deg]}
 contacts: [{bodies: [tool, ridge], stiffness: 1e8 N/m^3, damping: 5 s/m, friction: 0.3, stick_distance: 20 um}]
-design:
-  parameters:
-    - {name: width, initial: 24 mm, lower: 20 mm, upper: 28 mm}
-    - {name: slant, initial: 0 mm, lower: -1 mm, upper: 1 mm}
-  bodies:
-    - name: tool
-      mesh: tool.obj
-      cage: cage.obj
-      mesh_unit: 1 mm
-      vertex_groups:
-        - {name: right, vertices: [1, 3, 5, 7]}
-        - {name: lower_right, vertices: [1, 3]}
-      moves:
-        - {parameter: width, group: right, direction: [1, 0, 0]}
-        - {parameter: slant, group: lower_right, direction: [0, 0, 1]}
-rollout: {horizon: 60 ms, step: 1 ms, integrator: bdf2, newton_tolerance: 1e-12}
-signals:
-  - {name: off, type: distance, body: tool, point: [6 mm, 1 mm, 0 mm], targets: [{position: [0 m, 0 m, 0 m]}]}
-loss: {task: [{signals: [off], shape: absolute}]}
-)";
+)" + std::string(test::kDesignedBar);
   const Vector3d center(-0.006, 0.0, 0.005);
   RolloutModel model({{kScenarioFileName, text},
                       {"ridge.obj", MakeObj(test::MakeWedge())},
