@@ -18,6 +18,9 @@ struct RolloutQuery {
   std::vector<double> theta_reference;  // empty: task loss; d values: distillation loss against the trajectory at these
   std::vector<double> variation;        // one value for each varied key of the scenario
   bool gradient = true;                 // false: loss and success alone, the answer's gradient stays empty
+  // Empty: time steps are chosen. d values, without gradient: the steps chosen at these are taken, moved along with
+  // what happens (docs/method.md, gradient checks); a simulator that chooses no steps may ignore it.
+  std::vector<double> theta_nodes{};
 };
 
 // What the simulator says about the trust its own answer deserves [docs/method.md].

@@ -26,6 +26,9 @@ struct EngineRequest {
   std::vector<double> reference;  // theta, then controls: distillation against their trajectory; empty: task loss
   std::vector<double> variation;
   bool gradient = true;
+  // Theta, then controls: the time steps chosen there are taken, moved along with what happens; empty: they are chosen.
+  // An engine that chooses none may ignore it.
+  std::vector<double> nodes{};
 };
 
 // All fields but `error` and `lack` mean something only when both are empty.

@@ -31,10 +31,14 @@ class KnapScenario final : public EngineScenario {
     RolloutInput input;
     input.theta = ToVector(request.theta);
     input.controls = ToVector(request.controls);
-    const auto reference = ToVector(request.reference);
-    const Eigen::Index design_size = std::min(input.theta.size(), reference.size());
-    input.theta_reference = reference.head(design_size);
-    input.controls_reference = reference.tail(reference.size() - design_size);
+    const auto split = [&](const std::vector<double>& values, Eigen::VectorXd* theta, Eigen::VectorXd* controls) {
+      const Eigen::VectorXd all = ToVector(values);
+      const Eigen::Index design_size = std::min(input.theta.size(), all.size());
+      *theta = all.head(design_size);
+      *controls = all.tail(all.size() - design_size);
+    };
+    split(request.reference, &input.theta_reference, &input.controls_reference);
+    split(request.nodes, &input.theta_nodes, &input.controls_nodes);
     input.variation = request.variation;
     input.want_gradient = request.gradient;
     try {

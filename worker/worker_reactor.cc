@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "lcmtypes/wire/channels.h"
+#include "lcmtypes/wire/request_values.h"
 
 namespace knap {
 namespace {
@@ -145,8 +146,7 @@ void WorkerReactor::HandleAssignment(const assignment_t& assignment, const Conte
   }
   if (IsQueued(id) || queue_.size() >= static_cast<std::size_t>(kMaxQueue)) return;
 
-  const std::int64_t total = std::int64_t{assignment.theta_size} + assignment.control_size + assignment.reference_size +
-                             assignment.variation_size;
+  const std::int64_t total = CountValues(assignment);
   if (total > kMaxValues) {
     ++refusals_.malformed;
     return;
@@ -173,20 +173,19 @@ void WorkerReactor::ErasePartial(const ContentId& id) {
 
 void WorkerReactor::TakeRequest(const assignment_t& head, const ContentId& scenario,
                                 const std::vector<double>& values) {
-  const auto theta_end = values.begin() + head.theta_size;
-  const auto controls_end = theta_end + head.control_size;
-  const auto reference_end = controls_end + head.reference_size;
+  const RequestValues asked(head, values);
   Job job;
   job.id = MakeId(head.id);
   job.scenario = scenario;
   job.attempt = head.attempt;
-  job.request.theta.assign(values.begin(), theta_end);
-  job.request.controls.assign(theta_end, controls_end);
-  job.request.reference.assign(controls_end, reference_end);
-  job.request.variation.assign(reference_end, values.end());
+  job.request.theta.assign(asked.theta.begin(), asked.theta.end());
+  job.request.controls.assign(asked.controls.begin(), asked.controls.end());
+  job.request.reference.assign(asked.reference.begin(), asked.reference.end());
+  job.request.variation.assign(asked.variation.begin(), asked.variation.end());
+  job.request.nodes.assign(asked.nodes.begin(), asked.nodes.end());
   job.request.gradient = head.gradient != 0;
-  const ContentId id = CalcRequestId({identity_.engine.name, job.scenario, job.request.theta, job.request.controls,
-                                      job.request.reference, job.request.variation, job.request.gradient});
+  const ContentId id = CalcRequestId({identity_.engine.name, job.scenario, asked.theta, asked.controls, asked.reference,
+                                      asked.variation, job.request.gradient, asked.nodes});
   if (id != job.id) {
     ++refusals_.malformed;  // the coordinator means another engine, or parts of two requests were mixed
     return;

@@ -31,7 +31,7 @@ class JournalReader : public RolloutService {
       const std::span<const double> theta = query.theta;
       const std::size_t design = theta.size() - controls_;
       ids.push_back(CalcRequestId({"knap", scenario_, theta.first(design), theta.subspan(design), query.theta_reference,
-                                   query.variation, query.gradient}));
+                                   query.variation, query.gradient, query.theta_nodes}));
       if (!FormatHex(ids.back()).starts_with(id_)) continue;
       found = query;
       throw ReplayEnded();

@@ -61,7 +61,7 @@ ContentId Dispatcher::CalcId(const RolloutQuery& query) const {
   }
   const std::size_t design_size = theta.size() - options_.control_size;
   return CalcRequestId({options_.engine.name, scenario(), theta.first(design_size), theta.subspan(design_size),
-                        query.theta_reference, query.variation, query.gradient});
+                        query.theta_reference, query.variation, query.gradient, query.theta_nodes});
 }
 
 std::vector<RolloutOutcome> Dispatcher::Evaluate(std::span<const RolloutQuery> queries) {

@@ -13,7 +13,7 @@ namespace {
 constexpr std::int64_t kStatusIntervalUs = 500'000;
 // Encoded bytes of a rollout_request_t without its lists, and of an assignment_t without its values.
 constexpr std::size_t kRequestSize = 8 + 5 * 8 + 2 * 4 + 32 + RunKey::kDigestSize;
-constexpr std::size_t kAssignmentSize = 8 * 4 + 32;
+constexpr std::size_t kAssignmentSize = 9 * 4 + 32;
 
 // Takes up to `limit` ids off the front.
 std::vector<ContentId> TakeFront(std::vector<ContentId>* ids, std::size_t limit) {
@@ -33,10 +33,12 @@ std::vector<assignment_t> MakeAssignments(const ContentId& id, const RolloutQuer
   head.control_size = static_cast<std::int32_t>(controls);
   head.reference_size = static_cast<std::int32_t>(query.theta_reference.size());
   head.variation_size = static_cast<std::int32_t>(query.variation.size());
+  head.nodes_size = static_cast<std::int32_t>(query.theta_nodes.size());
   CopyId(id, head.id);
   std::vector<double> values = query.theta;
   values.insert(values.end(), query.theta_reference.begin(), query.theta_reference.end());
   values.insert(values.end(), query.variation.begin(), query.variation.end());
+  values.insert(values.end(), query.theta_nodes.begin(), query.theta_nodes.end());
   std::vector<assignment_t> parts;
   ForEachPart(values, [&](std::int32_t first, std::span<const double> part) {
     parts.push_back(head);

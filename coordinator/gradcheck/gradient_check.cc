@@ -146,8 +146,11 @@ class GradientChecker {
 
   RolloutQuery MakeQuery(const Comparison& comparison, std::size_t parameter, double step) const {
     const CheckedRollout& rollout = report_.rollouts[comparison.rollout];
-    RolloutQuery query{
-        .theta = rollout.theta, .theta_reference = {}, .variation = rollout.variation, .gradient = false};
+    RolloutQuery query{.theta = rollout.theta,
+                       .theta_reference = {},
+                       .variation = rollout.variation,
+                       .gradient = false,
+                       .theta_nodes = rollout.theta};
     query.theta[parameter] += step * range_[parameter];
     // A draw at the very edge may be rounded across it.
     query.theta[parameter] =

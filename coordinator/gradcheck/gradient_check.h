@@ -6,7 +6,10 @@
 //
 //   |g_i − fd_i| ≤ tolerance·‖g‖∞     on a plateau of at least three consecutive difference steps,
 //
-// g and fd in range-normalised parameters, g_i = dL/dtheta_i·(upper_i − lower_i); see difference_ladder.h.
+// g and fd in range-normalised parameters, g_i = dL/dtheta_i·(upper_i − lower_i); see difference_ladder.h. Where time
+// steps are chosen, they would be chosen anew at every theta and the loss would jump: the rollouts that are subtracted
+// take the steps chosen at the theta in question, moved along with touchdowns (RolloutQuery::theta_nodes), which is what
+// the gradient is the derivative of. That this is the problem's derivative too is asked elsewhere (docs/method.md).
 //
 // A rollout whose certificate itself warns (not finite, not converged or its gradient not reliable) is flagged: it
 // counts as flagged even if it agrees. What neither agrees nor is flagged is what the check exists to find.

@@ -28,7 +28,7 @@ class CountedService : public RolloutService {
   void Count(std::span<const RolloutQuery> queries) {
     total_ += static_cast<std::int64_t>(queries.size());
     for (const RolloutQuery& query : queries) {
-      distinct_.emplace(query.theta, query.theta_reference, query.variation, query.gradient);
+      distinct_.emplace(query.theta, query.theta_reference, query.variation, query.gradient, query.theta_nodes);
     }
   }
 
@@ -38,7 +38,8 @@ class CountedService : public RolloutService {
  private:
   RolloutService* service_;
   std::int64_t total_ = 0;
-  std::set<std::tuple<std::vector<double>, std::vector<double>, std::vector<double>, bool>> distinct_;
+  std::set<std::tuple<std::vector<double>, std::vector<double>, std::vector<double>, bool, std::vector<double>>>
+      distinct_;
 };
 
 class Study {

@@ -5,6 +5,7 @@
 #include "coordinator/dispatch/answer_cache.h"
 #include "knap/worker_status_t.hpp"
 #include "lcmtypes/wire/channels.h"
+#include "lcmtypes/wire/request_values.h"
 
 namespace knap {
 
@@ -37,8 +38,7 @@ void RunRecording::Add(std::int64_t event, const std::string& channel, const std
 void RunRecording::AddAssignment(std::int64_t event, const rollout_request_t& request, const assignment_t& assignment) {
   ++counters_.requests;
   const ContentId id = MakeId(assignment.id);
-  const std::int64_t total = std::int64_t{assignment.theta_size} + assignment.control_size + assignment.reference_size +
-                             assignment.variation_size;
+  const std::int64_t total = CountValues(assignment);
   if (total > kMaxValues) {
     Note(event, fmt::format("request {} announces {} values", FormatHex(id), total));
     return;
@@ -56,17 +56,9 @@ void RunRecording::AddAssignment(std::int64_t event, const rollout_request_t& re
     Note(event, fmt::format("request {} goes to a worker of which no status was recorded", FormatHex(id)));
     return;
   }
-  std::span<const double> values(partial.values.values());
-  const auto take = [&values](std::int32_t count) {
-    const std::span<const double> front = values.first(static_cast<std::size_t>(count));
-    values = values.subspan(front.size());
-    return front;
-  };
-  const std::span<const double> theta = take(assignment.theta_size);
-  const std::span<const double> controls = take(assignment.control_size);
-  const std::span<const double> reference = take(assignment.reference_size);
-  const ContentId expected = CalcRequestId(
-      {engine->second, MakeId(request.scenario), theta, controls, reference, values, assignment.gradient != 0});
+  const RequestValues asked(assignment, partial.values.values());
+  const ContentId expected = CalcRequestId({engine->second, MakeId(request.scenario), asked.theta, asked.controls,
+                                            asked.reference, asked.variation, assignment.gradient != 0, asked.nodes});
   if (expected != id) {
     Note(event, fmt::format("request {} asks what would be request {}", FormatHex(id), FormatHex(expected)));
   }

@@ -8,7 +8,7 @@
 
 namespace knap {
 
-inline constexpr std::int32_t kProtocolVersion = 4;
+inline constexpr std::int32_t kProtocolVersion = 5;
 
 // A message's encoded bytes; with LCM's, UDP's and IP's headers it fits one Ethernet frame.
 inline constexpr std::size_t kMaxMessageSize = 1300;

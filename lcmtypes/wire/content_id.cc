@@ -37,13 +37,14 @@ ContentId CalcSha256(std::string_view bytes) {
 
 ContentId CalcRequestId(const RequestContent& content) {
   CanonicalBytes bytes;
-  bytes.AddString("knap-request-2");
+  bytes.AddString("knap-request-3");
   bytes.AddString(content.engine);
   bytes.AddId(content.scenario);
   bytes.AddDoubles(content.theta);
   bytes.AddDoubles(content.controls);
   bytes.AddDoubles(content.reference);
   bytes.AddDoubles(content.variation);
+  bytes.AddDoubles(content.nodes);
   bytes.AddInteger(content.reference.empty() ? 0 : 1);
   bytes.AddInteger(content.gradient ? 1 : 0);
   return CalcSha256(bytes.bytes());

@@ -3,9 +3,9 @@
 // The id of a request is the hash of one canonical sequence of bytes; every integer is an unsigned 64-bit little-endian
 // number, every double its IEEE 754 bits as such a number, every string its length and then its bytes, every list its
 // length and then its elements:
-//   string "knap-request-2", string engine, 32 bytes scenario id, list theta, list controls, list reference (theta,
-//   then controls), list variation, integer kind of loss (0 task, 1 distillation), integer derivative (0 loss alone, 1
-//   with gradient).
+//   string "knap-request-3", string engine, 32 bytes scenario id, list theta, list controls, list reference (theta,
+//   then controls), list variation, list nodes (theta, then controls), integer kind of loss (0 task, 1 distillation),
+//   integer derivative (0 loss alone, 1 with gradient).
 // Attempts, leases and senders stay outside, so the id is the idempotency key and the cache key.
 #pragma once
 
@@ -40,6 +40,7 @@ struct RequestContent {
   std::span<const double> reference;  // theta, then controls; empty: task loss, else distillation
   std::span<const double> variation;
   bool gradient = true;
+  std::span<const double> nodes{};  // theta, then controls; empty: time steps are chosen
 };
 
 ContentId CalcRequestId(const RequestContent& content);

@@ -35,7 +35,7 @@ void Scan(const rollout_request_t*, WireScanner* scanner) {
   scanner->Skip(kId);
   for (std::size_t k = 0; k < assignments; ++k) {
     scanner->Skip(2 * kScalar32);
-    for (int i = 0; i < 5; ++i) scanner->TakeCount(kMaxValues);  // four sizes and the first index
+    for (int i = 0; i < 6; ++i) scanner->TakeCount(kMaxValues);  // five sizes and the first index
     const std::size_t values = scanner->TakeCount(kValuesPerPart);
     scanner->Skip(kId + values * kScalar64);
   }

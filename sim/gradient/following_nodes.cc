@@ -21,44 +21,16 @@ FollowingNodes::FollowingNodes(const Trajectory& trajectory, const std::vector<S
                                Dynamics* dynamics, ContactModel* contacts, SolvePullBack* pull)
     : trajectory_(trajectory),
       dynamics_(dynamics),
-      contacts_(contacts),
       pull_(pull),
-      stays_(trajectory.size(), false),
-      active_after_(contacts->contacts().size(), true),
-      bodies_(dynamics->tree().size()) {
-  for (const StateCotangent& at : cotangents) {
-    if (!at.time) stays_[at.state] = true;
-  }
-}
-
-bool FollowingNodes::MayMove(int k) const {
-  const bool between_steps =
-      k > 0 && k + 1 < trajectory_.size() && trajectory_.formula(k - 1).is_stage && trajectory_.formula(k + 1).is_stage;
-  return between_steps && !stays_[k];
-}
+      windows_(trajectory, cotangents, *dynamics, *contacts),
+      bodies_(dynamics->tree().size()) {}
 
 void FollowingNodes::Step::Add(bool is_stage, const SolvePullBack::Result& result, double by_time) {
   by_step += result.by_step;
   (is_stage ? by_stage : by_end) += result.by_time + by_time;
 }
 
-void FollowingNodes::Look(int k) {
-  const bool is_stage = k > 0 && trajectory_.formula(k).is_stage;
-  if (!is_stage && k + 1 < trajectory_.size()) {
-    next_window_.reset();
-    for (std::size_t i = 0; i < active_after_.size(); ++i) {
-      if (!active_after_[i] || contacts_->reports()[i].active) continue;
-      std::optional<Touchdown> touchdown = FindTouchdown(contacts_->contacts()[i], dynamics_->kinematics());
-      if (!touchdown || (next_window_ && next_window_->touchdown.in <= touchdown->in)) continue;
-      next_window_ = Window{static_cast<int>(i), *std::move(touchdown)};
-    }
-  }
-  for (std::size_t i = 0; i < active_after_.size(); ++i) {
-    active_after_[i] = contacts_->reports()[i].active || (is_stage && active_after_[i]);
-  }
-}
-
-double FollowingNodes::AddTouchdown(const Window& window, double S, StateBars* bars) {
+double FollowingNodes::AddTouchdown(const NodeWindows::Window& window, double S, StateBars* bars) {
   for (BodyCotangent& b : bodies_) b = BodyCotangent{};
   for (StateCotangent at : window.touchdown.bodies) {
     for (Vector3d* part : {&at.p_W, &at.v_W, &at.r_W, &at.w_W}) *part *= S;
@@ -75,13 +47,13 @@ bool FollowingNodes::AddSolve(int k, const SolvePullBack::Result& result, double
   const bool is_stage = trajectory_.formula(k).is_stage;
   if (!is_stage) {
     step_ = Step{};
-    window_ = std::exchange(next_window_, std::nullopt);
+    window_ = windows_.window();
   }
   step_.Add(is_stage, result, by_time);
   const bool begins_step = is_stage || !trajectory_.formula(k - 1).is_stage;
   if (!begins_step) return true;
   const int end = is_stage ? k + 1 : k;
-  if (MayMove(end)) sum_ += node_ + step_.ByEndNode();
+  if (windows_.MayMove(end)) sum_ += node_ + step_.ByEndNode();
   node_ = step_.ByStartNode();
   if (!window_) return true;
   const double S = std::exchange(sum_, 0.0);
@@ -95,14 +67,14 @@ bool FollowingNodes::AddSolve(int k, const SolvePullBack::Result& result, double
     if (!pull_->LoadSolve()) return false;
     again.Add(trajectory_.formula(j).is_stage, pull_->PullBack(&probe), at_end);
   }
-  if (MayMove(end)) sum_ += again.ByEndNode();
+  if (windows_.MayMove(end)) sum_ += again.ByEndNode();
   node_ += again.ByStartNode();
   bars->Add(probe);
   return true;
 }
 
 void FollowingNodes::Finish(StateBars* bars) {
-  if (next_window_ && sum_ != 0.0) AddTouchdown(*next_window_, sum_, bars);
+  if (windows_.window() && sum_ != 0.0) AddTouchdown(*windows_.window(), sum_, bars);
 }
 
 }  // namespace knap

@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
+#include "sim/gradient/node_windows.h"
 #include "sim/gradient/solve_pull_back.h"
-#include "sim/gradient/touchdown.h"
 #include "sim/integrators/state_cotangent.h"
 
 namespace knap {
@@ -21,7 +21,7 @@ class FollowingNodes {
 
   // For every state from the last one to 0, loaded with its solve (state 0: with its contacts alone), before it is
   // pulled back.
-  void Look(int k);
+  void Look(int k) { windows_.Look(k); }
   // After the solve into state k has been pulled back, with what the losses put on its time: adds to *bars, of state
   // k−1. False where a matrix cannot be factored. What is loaded afterwards may be another state.
   bool AddSolve(int k, const SolvePullBack::Result& result, double by_time, StateBars* bars);
@@ -39,25 +39,17 @@ class FollowingNodes {
     double ByEndNode() const { return by_step + by_end + StepFormula::kGamma * by_stage; }
     double ByStartNode() const { return -by_step + (1.0 - StepFormula::kGamma) * by_stage; }
   };
-  struct Window {
-    int contact = 0;
-    Touchdown touchdown;
-  };
-  bool MayMove(int k) const;
   // S ∂tau/∂(state and parameters) at the loaded state; returns what its time is worth.
-  double AddTouchdown(const Window& window, double S, StateBars* bars);
+  double AddTouchdown(const NodeWindows::Window& window, double S, StateBars* bars);
 
   const Trajectory& trajectory_;
   Dynamics* dynamics_;
-  ContactModel* contacts_;
   SolvePullBack* pull_;
-  std::vector<bool> stays_;         // of each state: a loss looks at it
-  std::vector<bool> active_after_;  // of each contact: in the step after the state looked at
-  std::optional<Window> window_;    // of the step that begins at the next node on the way back
-  std::optional<Window> next_window_;
-  Step step_;          // of which solves are being pulled back
-  double node_ = 0.0;  // what the start of the step after is worth
-  double sum_ = 0.0;   // S so far
+  NodeWindows windows_;
+  std::optional<NodeWindows::Window> window_;  // of the step that begins at the next node on the way back
+  Step step_;                                  // of which solves are being pulled back
+  double node_ = 0.0;                          // what the start of the step after is worth
+  double sum_ = 0.0;                           // S so far
   int touchdowns_ = 0;
   std::vector<BodyCotangent> bodies_;
 };

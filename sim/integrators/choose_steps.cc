@@ -34,12 +34,10 @@ bool Simulator::ForcesJumpAt(double time) const {
   return jump != jumps_.end() && *jump <= time + kSameTime;
 }
 
-bool Simulator::TakeRestart(double end, const SimulationOptions& options, Trajectory* trajectory) {
+bool Simulator::SolveRestart(double end, const SimulationOptions& options, Trajectory* trajectory) {
   predictor_.Clear();
   const double now = trajectory->time(trajectory->size() - 1);
-  if (!Solve(end, StepFormula::Bdf1(end - now), options, trajectory)) return false;
-  Accept(trajectory);
-  return true;
+  return Solve(end, StepFormula::Bdf1(end - now), options, trajectory);
 }
 
 bool Simulator::TakeChosen(int n, const SimulationOptions& options, Trajectory* trajectory) {
@@ -48,7 +46,8 @@ bool Simulator::TakeChosen(int n, const SimulationOptions& options, Trajectory* 
     const double now = trajectory->time(trajectory->size() - 1);
     if (now == end) return true;
     if (ForcesJumpAt(now)) {
-      if (!TakeRestart(now + kRestartShare * options.step, options, trajectory)) return false;
+      if (!SolveRestart(now + kRestartShare * options.step, options, trajectory)) return false;
+      Accept(trajectory);
       continue;
     }
     const auto jump = std::upper_bound(jumps_.begin(), jumps_.end(), now);
@@ -57,14 +56,43 @@ bool Simulator::TakeChosen(int n, const SimulationOptions& options, Trajectory* 
   }
 }
 
+std::optional<double> Simulator::FindShift(const TimeNode& node, const Trajectory& trajectory) const {
+  const std::optional<double> in =
+      CalcTouchdownIn(node.approach, contacts_->contacts()[node.contact], dynamics_->kinematics());
+  if (!in) return std::nullopt;
+  return trajectory.time(trajectory.size() - 1) + *in - node.touchdown;
+}
+
+bool Simulator::SolveGiven(double end, const SimulationOptions& options, Trajectory* trajectory) {
+  const double now = trajectory->time(trajectory->size() - 1);
+  if (end <= now) return false;
+  return ForcesJumpAt(now) ? SolveRestart(end, options, trajectory) : TakeTrBdf2(end, options, trajectory);
+}
+
 bool Simulator::TakeGiven(int n, const SimulationOptions& options, Trajectory* trajectory) {
-  for (const double end : (*options.nodes)[n]) {
-    if (ForcesJumpAt(trajectory->time(trajectory->size() - 1))) {
-      if (!TakeRestart(end, options, trajectory)) return false;
-    } else {
-      if (!TakeTrBdf2(end, options, trajectory)) return false;
-      Accept(trajectory);
+  double& shift = trajectory->choice_.shift;
+  const auto follow = [&](const TimeNode& node) {
+    const std::optional<double> found = FindShift(node, *trajectory);
+    if (found) shift = *found;
+    return found.has_value();
+  };
+  if (n == 0 && options.nodes->start.contact >= 0 && !follow(options.nodes->start)) return false;
+  for (const TimeNode& node : options.nodes->ends[n]) {
+    const int size = trajectory->size();
+    const auto take = [&] { return SolveGiven(node.time + (node.moves ? shift : 0.0), options, trajectory); };
+    saved_predictor_ = predictor_;
+    if (!take()) return false;
+    if (node.contact >= 0) {
+      const double before = shift;
+      if (!follow(node)) return false;
+      if (node.moves && shift != before) {
+        // The touchdown is seen from where this node lay, and then it moves as well.
+        trajectory->CutBackTo(size);
+        predictor_ = saved_predictor_;
+        if (!take()) return false;
+      }
     }
+    Accept(trajectory);
   }
   return true;
 }

@@ -23,6 +23,7 @@
 #include <functional>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 #include "sim/contact/contact_model.h"
@@ -51,8 +52,8 @@ struct SimulationOptions {
   int order = 2;       // of fixed steps: 1 or 2
   // > 0: TR-BDF2 with steps of at most this error, no longer than a whole one. 0: fixed steps.
   double tolerance = 0.0;
-  // With a tolerance: where the steps of another trajectory end (Trajectory::ListNodes), in place of chosen ones, moved
-  // or not. Null: chosen.
+  // With a tolerance: where the steps of another trajectory end, in place of chosen ones; they stay there
+  // (Trajectory::ListNodes) or follow this one's touchdowns (ListFollowingNodes). Null: chosen.
   std::shared_ptr<const TimeNodeList> nodes;
   double newton_tolerance = 1e-10;
   int newton_max_iterations = 30;
@@ -97,10 +98,13 @@ class Simulator {
   bool TakeFixed(double time, double h, int depth, const SimulationOptions& options, Trajectory* trajectory);
   // Whole step n in steps of chosen length.
   bool TakeChosen(int n, const SimulationOptions& options, Trajectory* trajectory);
-  // Likewise with given ends.
+  // Likewise with given ends. False also where a touchdown that is to be followed does not come.
   bool TakeGiven(int n, const SimulationOptions& options, Trajectory* trajectory);
-  // The step that finds the acceleration anew.
-  bool TakeRestart(double end, const SimulationOptions& options, Trajectory* trajectory);
+  bool SolveGiven(double end, const SimulationOptions& options, Trajectory* trajectory);
+  // From the trajectory's last state, which was evaluated last.
+  std::optional<double> FindShift(const TimeNode& node, const Trajectory& trajectory) const;
+  // The step that finds the acceleration anew, before it is accepted.
+  bool SolveRestart(double end, const SimulationOptions& options, Trajectory* trajectory);
   bool ForcesJumpAt(double time) const;
   // A step of chosen length, from the last state to at most `end`.
   bool ChooseStep(double end, const SimulationOptions& options, Trajectory* trajectory);

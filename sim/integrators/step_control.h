@@ -30,6 +30,7 @@ namespace knap {
 struct StepChoice {
   double next = 0.0;   // length of the next step [s]
   double speed = 0.0;  // V [m/s]
+  double shift = 0.0;  // where steps are given: by how much the nodes that move lie later here [s]
 };
 
 class StepControl {

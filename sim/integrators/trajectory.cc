@@ -60,10 +60,11 @@ void Trajectory::CutBackTo(int size) {
 }
 
 TimeNodeList Trajectory::ListNodes() const {
-  TimeNodeList nodes(whole_steps());
+  TimeNodeList nodes;
+  nodes.ends.resize(whole_steps());
   for (int n = 0; n < whole_steps(); ++n) {
     for (int k = state_of_step(n) + 1; k <= state_of_step(n + 1); ++k) {
-      if (!formula(k).is_stage) nodes[n].push_back(time(k));
+      if (!formula(k).is_stage) nodes.ends[n].push_back({.time = time(k)});
     }
   }
   return nodes;

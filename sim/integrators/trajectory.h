@@ -16,6 +16,7 @@
 #include "sim/integrators/control_sequence.h"
 #include "sim/integrators/step_control.h"
 #include "sim/integrators/step_formula.h"
+#include "sim/integrators/touchdown.h"
 
 namespace knap {
 
@@ -37,8 +38,21 @@ struct SimulationCertificate {
   long newton_iterations = 0;
 };
 
-// For every whole step, the times at which the steps within it end [s].
-using TimeNodeList = std::vector<std::vector<double>>;
+// Where a step ends, and how another trajectory that takes the same steps follows its own touchdowns: what `contact`
+// says begins in the step from here, at `touchdown` as its approach shows it here. By as much as this time differs
+// there, this node and those after it, up to the next one that says so, lie later; but only those that may move.
+struct TimeNode {
+  double time = 0.0;  // [s]
+  bool moves = false;
+  int contact = -1;  // -1: none
+  Approach approach;
+  double touchdown = 0.0;  // [s]
+};
+
+struct TimeNodeList {
+  TimeNode start;                           // at time 0
+  std::vector<std::vector<TimeNode>> ends;  // for every whole step, of the steps within it
+};
 
 // States 0…K and the records that lead from each to the next; substeps and stages within a step are states too. Views
 // of a state hold until states of three other blocks have been looked at.
@@ -71,7 +85,7 @@ class Trajectory {
   // The state at the end of whole step n (0: the start), n ≤ whole_steps().
   int state_of_step(int n) const { return state_of_step_[n]; }
   int whole_steps() const { return static_cast<int>(state_of_step_.size()) - 1; }
-  TimeNodeList ListNodes() const;
+  TimeNodeList ListNodes() const;  // none of which moves
   // When each contact was last active [s]; minus infinity where it never was.
   const std::vector<double>& last_touched() const { return last_touched_; }
   // Blocks that were simulated again so far.

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "sim/gradient/node_windows.h"
 #include "sim/scenarios/apply_variation.h"
 #include "sim/scenarios/scenario_files.h"
 
@@ -19,6 +20,7 @@ namespace {
 
 constexpr std::size_t kCachedShapes = 4;
 constexpr std::size_t kCachedReferences = 64;
+constexpr std::size_t kCachedNodes = 16;
 // Touchdowns after which the time nodes are suspect: what follows one or two is exact.
 constexpr int kLeastCascade = 3;
 
@@ -41,6 +43,10 @@ void SetGradientUnknown(const RolloutInput& input, RolloutOutput* out) {
   out->gradient = VectorXd::Constant(input.theta.size(), kUnknown);
   out->control_gradient = VectorXd::Constant(input.controls.size(), kUnknown);
 }
+
+bool Distills(const RolloutInput& input) { return input.theta_reference.size() + input.controls_reference.size() > 0; }
+
+bool FollowsNodes(const RolloutInput& input) { return input.theta_nodes.size() + input.controls_nodes.size() > 0; }
 
 // Rows as FindCommandRow counts them.
 Eigen::MatrixXd StackCommands(const Eigen::MatrixXd& open_loop, const ClosedLoop* policy) {
@@ -95,6 +101,7 @@ RolloutModel::Simulated RolloutModel::Simulate(const VectorXd& theta, const Vect
   SimulationOptions options = MakeOptions(s.scene.rollout);
   options.progress = manner.progress;
   if (manner.finer) options.tolerance *= 0.25;
+  options.nodes = manner.nodes;
   Simulator simulator(s.dynamics.get(), s.contacts.get());
   ContactRecord record;
   if (manner.observe || !s.signals->contacts().empty()) {
@@ -129,25 +136,46 @@ const RolloutModel::Reference& RolloutModel::GetReference(const RolloutInput& in
   return references_.front();
 }
 
+std::shared_ptr<const TimeNodeList> RolloutModel::GetNodes(const RolloutInput& input) {
+  for (auto it = nodes_.begin(); it != nodes_.end(); ++it) {
+    if (it->theta == input.theta_nodes && it->controls == input.controls_nodes && it->variation == input.variation) {
+      nodes_.splice(nodes_.begin(), nodes_, it);
+      return nodes_.front().list;
+    }
+  }
+  Nodes nodes{input.theta_nodes, input.controls_nodes, input.variation, nullptr};
+  const Simulated s = Simulate(input.theta_nodes, input.controls_nodes, input.variation, {});
+  if (s.trajectory->certificate.converged) {
+    SignalCotangents bar;
+    Evaluate(s, nullptr, &bar);
+    nodes.list = std::make_shared<const TimeNodeList>(
+        ListFollowingNodes(*s.trajectory, bar.states, s.dynamics.get(), s.contacts.get()));
+  }
+  nodes_.push_front(std::move(nodes));
+  if (nodes_.size() > kCachedNodes) nodes_.pop_back();
+  return nodes_.front().list;
+}
+
 void RolloutModel::CheckInput(const RolloutInput& input) const {
-  const int d = num_parameters();
-  const int c = num_controls();
-  const auto fits = [](Eigen::Index size, int expected, bool wanted) { return size == (wanted ? expected : 0); };
-  const bool distill = input.theta_reference.size() > 0 || input.controls_reference.size() > 0;
-  if (!fits(input.theta.size(), d, true) || !fits(input.theta_reference.size(), d, distill)) {
-    throw std::invalid_argument(fmt::format("theta has {} values, theta_reference {}; the scenario has {} parameters",
-                                            input.theta.size(), input.theta_reference.size(), d));
-  }
-  if (!fits(input.controls.size(), c, true) || !fits(input.controls_reference.size(), c, distill)) {
+  const auto check = [](const char* name, Eigen::Index values, Eigen::Index reference, Eigen::Index nodes, int size,
+                        const RolloutInput& of) {
+    const auto fits = [size](Eigen::Index n, bool wanted) { return n == (wanted ? size : 0); };
+    if (fits(values, true) && fits(reference, Distills(of)) && fits(nodes, FollowsNodes(of))) return;
     throw std::invalid_argument(
-        fmt::format("controls has {} values, controls_reference {}; the scenario has {} controls and weights",
-                    input.controls.size(), input.controls_reference.size(), c));
+        fmt::format("{0} has {1} values, {0}_reference {2}, {0}_nodes {3}; the scenario has {4}", name, values,
+                    reference, nodes, size));
+  };
+  check("theta", input.theta.size(), input.theta_reference.size(), input.theta_nodes.size(), num_parameters(), input);
+  check("controls", input.controls.size(), input.controls_reference.size(), input.controls_nodes.size(), num_controls(),
+        input);
+  if (FollowsNodes(input) && (Distills(input) || input.want_gradient)) {
+    throw std::invalid_argument("time steps of other values are for the task loss without a gradient");
   }
-  if (!input.theta.allFinite() || !input.theta_reference.allFinite()) {
-    throw std::invalid_argument("theta is not finite");
+  for (const VectorXd* values : {&input.theta, &input.theta_reference, &input.theta_nodes}) {
+    if (!values->allFinite()) throw std::invalid_argument("theta is not finite");
   }
-  if (!input.controls.allFinite() || !input.controls_reference.allFinite()) {
-    throw std::invalid_argument("controls are not finite");
+  for (const VectorXd* values : {&input.controls, &input.controls_reference, &input.controls_nodes}) {
+    if (!values->allFinite()) throw std::invalid_argument("controls are not finite");
   }
 }
 
@@ -313,9 +341,11 @@ void RolloutModel::RequireSound(const VectorXd& theta) {
 RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<void(int, int)>& progress) {
   CheckInput(input);
   const double start = clock ? clock() : 0.0;
-  const bool distill = input.theta_reference.size() > 0 || input.controls_reference.size() > 0;
+  const bool distill = Distills(input);
+  const bool follows = FollowsNodes(input) && scene_.rollout.integrator == Integrator::kTrBdf2;
   std::string failure = FindFault(input.theta);
   if (failure.empty() && distill) failure = FindFault(input.theta_reference);
+  if (failure.empty() && follows) failure = FindFault(input.theta_nodes);
   if (!failure.empty()) {
     RolloutOutput out;
     out.certificate.converged = out.gradient_reliable = false;
@@ -331,10 +361,12 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
   const int total = static_cast<int>(std::llround(scene_.rollout.horizon / scene_.rollout.step));
   Manner manner;
   if (progress) manner.progress = [&](int done) { progress(done, total); };
+  if (follows) manner.nodes = GetNodes(input);
   const Simulated s = Simulate(input.theta, input.controls, input.variation, manner);
   RolloutOutput out;
   SignalCotangents bar;
   Judge(s, reference, &bar, &out);
+  if (follows && manner.nodes == nullptr) out.certificate.converged = false;
   if (!out.certificate.converged) {
     SetGradientUnknown(input, &out);
     forward_s = clock ? clock() - start : 0.0;

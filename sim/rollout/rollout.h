@@ -1,7 +1,7 @@
 // One rollout: parameters and a variation in, loss, success, gradient and certificate out.
 //
 // A pure function of its arguments: nothing of one rollout survives into the next but caches that change no bit (the
-// meshes and reference trajectories of recent parameters).
+// meshes, reference trajectories and time nodes of recent parameters).
 #pragma once
 
 #include <Eigen/Dense>
@@ -35,6 +35,11 @@ struct RolloutInput {
   Eigen::VectorXd controls{};            // num_controls(): open-loop values (control_commands.h), then weights of the
                                          // policy (network.h); empty where nothing is driven
   Eigen::VectorXd controls_reference{};  // … and at these controls
+  // Not empty: steps of chosen length are not chosen but those chosen at these values, moved along with touchdowns
+  // (adjoint.h): the losses whose differences the gradient there is of. For the task loss, without
+  // a gradient of its own.
+  Eigen::VectorXd theta_nodes{};
+  Eigen::VectorXd controls_nodes{};
 };
 
 struct RolloutOutput {
@@ -126,7 +131,8 @@ class RolloutModel {
     std::function<void(int)> progress{};  // may be empty, as `observe`
     // After the start and every accepted step, at which dynamics and contacts stand then.
     std::function<void(const Simulated&, double time)> observe{};
-    bool finer = false;  // at a quarter of the scene's tolerance
+    bool finer = false;                           // at a quarter of the scene's tolerance
+    std::shared_ptr<const TimeNodeList> nodes{};  // may be null
   };
   Simulated Simulate(const Eigen::VectorXd& theta, const Eigen::VectorXd& controls,
                      const std::vector<double>& variation, const Manner& manner);
@@ -150,13 +156,22 @@ class RolloutModel {
   void AddGradient(const RolloutInput& input, const Simulated& s, const Reference* reference,
                    const SignalCotangents& bar, RolloutOutput* out);
 
+  // What a rollout that follows another one's steps needs of it; null where that one failed.
+  struct Nodes {
+    Eigen::VectorXd theta, controls;
+    std::vector<double> variation;
+    std::shared_ptr<const TimeNodeList> list;
+  };
+
   const Reference& GetReference(const RolloutInput& input);
+  std::shared_ptr<const TimeNodeList> GetNodes(const RolloutInput& input);
 
   Scene scene_;
   FixedMeshes meshes_;
   std::optional<SceneDesign> design_;
   std::list<std::pair<Eigen::VectorXd, std::shared_ptr<const DesignedShapes>>> shapes_;
   std::list<Reference> references_;
+  std::list<Nodes> nodes_;
 };
 
 }  // namespace knap

@@ -29,9 +29,12 @@ TEST(ContentIdTest, RequestIdIsTheDocumentedHash) {
   const std::vector<double> controls = {0.5, -1.0, 2.0};
   const std::vector<double> variation = {0.125};
   EXPECT_EQ(FormatHex(CalcRequestId({"knap", CalcSha256("abc"), theta, {}, {}, variation, true})),
-            "9831845c9d0eb7a4dcdf7455d24ea461a4c65004e5b25cbf00c2abd690612d99");
+            "ffe7ca1c4dbe6b69d661cdbaaa8886a3244df28df3001cc949c591d3b390b295");
   EXPECT_EQ(FormatHex(CalcRequestId({"knap", CalcSha256("abc"), theta, controls, {}, variation, true})),
-            "16bf0792c29261e2e8decd68bacfb6b2bf542b7e115235f308bfd22a98eb3ce2");
+            "88cdd15bdf34e253160fd00e269bea5d1d1da77f21f335f7a6b16aedb56842b0");
+  const std::vector<double> nodes = {1.0, -2.0};
+  EXPECT_EQ(FormatHex(CalcRequestId({"knap", CalcSha256("abc"), theta, {}, {}, variation, false, nodes})),
+            "2da683256c53696c976e11cd1213fd499735eb7a7a984c233f7d53efb472f474");
 }
 
 TEST(ContentIdTest, EveryIngredientCounts) {
@@ -55,6 +58,8 @@ TEST(ContentIdTest, EveryIngredientCounts) {
       CalcRequestId({"knap", scenario, a, b, {}, a, true}),
       CalcRequestId({"knap", scenario, a, a, {}, {}, true}),
       CalcRequestId({"knap", scenario, {}, a, {}, a, true}),
+      CalcRequestId({"knap", scenario, a, {}, {}, a, true, a}),
+      CalcRequestId({"knap", scenario, a, {}, {}, a, true, b}),
   };
   for (std::size_t i = 0; i < ids.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) EXPECT_NE(ids[i], ids[j]) << i << " " << j;

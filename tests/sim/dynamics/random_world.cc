@@ -195,9 +195,10 @@ WorldCase MakeWorldCase(RandomTree* random) {
   if (scheme == 2) {
     // TR-BDF2 on a given grid: most whole steps in one, every third in two unequal ones.
     out.loss.options.tolerance = 1.0;
-    auto nodes = std::make_shared<TimeNodeList>(out.loss.options.steps);
+    auto nodes = std::make_shared<TimeNodeList>();
+    nodes->ends.resize(out.loss.options.steps);
     for (int n = 0; n < out.loss.options.steps; ++n) {
-      const auto at = [&](double share) { (*nodes)[n].push_back((n + share) * out.loss.options.step); };
+      const auto at = [&](double share) { nodes->ends[n].push_back({.time = (n + share) * out.loss.options.step}); };
       const bool jumps = n == 0 || (n % 3 == 0 && n <= 6);  // the intervals of three steps end with the third
       if (jumps) at(kRestartShare);
       if (n % 3 == 1) at(0.4);

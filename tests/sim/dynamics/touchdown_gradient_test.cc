@@ -2,6 +2,7 @@
 // elsewhere by (1 + e) of that, e the restitution, whatever the phase of the touchdown within its step.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -10,7 +11,8 @@
 
 #include "sim/contact/convex_field.h"
 #include "sim/gradient/adjoint.h"
-#include "sim/gradient/touchdown.h"
+#include "sim/gradient/node_windows.h"
+#include "sim/integrators/touchdown.h"
 #include "tests/sim/dynamics/pair_scene.h"
 #include "tests/sim/dynamics/scenes.h"
 
@@ -208,10 +210,11 @@ struct Throw {
   double RunMoved(const VectorXd& x, const Trajectory& base, const std::vector<Window>& windows) const {
     std::vector<double> shift(base.size(), 0.0);  // of every state that may move
     const auto make_nodes = [&] {
-      TimeNodeList nodes(base.whole_steps());
+      TimeNodeList nodes;
+      nodes.ends.resize(base.whole_steps());
       for (int n = 0; n < base.whole_steps(); ++n) {
         for (int k = base.state_of_step(n) + 1; k <= base.state_of_step(n + 1); ++k) {
-          if (!base.formula(k).is_stage) nodes[n].push_back(base.time(k) + shift[k]);
+          if (!base.formula(k).is_stage) nodes.ends[n].push_back({.time = base.time(k) + shift[k]});
         }
       }
       return nodes;
@@ -255,14 +258,22 @@ TEST(Touchdown, FollowingNodesEqualDifferencesOverNodesThatMove) {
   at_rest << frozen.pose0.head<3>(), frozen.v0.head<3>();
   EXPECT_GT((predicted - at_rest).norm(), 1e-2 * predicted.norm());  // following changes something
   const TimeNodeList nodes = base.ListNodes();
+  const TimeNodeList following = ListFollowingNodes(base, loss, &dynamics, &contacts);
+  EXPECT_DOUBLE_EQ(Throw::Weigh(at.Run(zero, &following)), Throw::Weigh(base));
+  double moved_by = 0.0;
   for (int i = 0; i < 6; ++i) {
     const double s = 1e-7;
     const VectorXd d = VectorXd::Unit(6, i) * s;
+    // Found here by as many runs as there are touchdowns, and by the simulator on its way.
+    const double by_simulator = Throw::Weigh(at.Run(1e3 * d, &following));
+    EXPECT_NEAR(by_simulator, at.RunMoved(1e3 * d, base, windows), 1e-11) << i;
+    moved_by = std::max(moved_by, std::abs(by_simulator - Throw::Weigh(at.Run(1e3 * d, &nodes))));
     const double moved = (at.RunMoved(d, base, windows) - at.RunMoved(-d, base, windows)) / (2.0 * s);
     EXPECT_NEAR(predicted(i), moved, 2e-5 * predicted.norm()) << i;
     const double still = (Throw::Weigh(at.Run(d, &nodes)) - Throw::Weigh(at.Run(-d, &nodes))) / (2.0 * s);
     EXPECT_NEAR(at_rest(i), still, 2e-5 * at_rest.norm()) << i;
   }
+  EXPECT_GT(moved_by, 1e-6);
 }
 
 // The vertices of a mesh that no design shapes have no cotangents, and the contact has no place for any.

@@ -259,7 +259,7 @@ public final class JavaWorker {
     }
     if (queue.size() >= MAX_QUEUE) return;
     long total = (long) assignment.theta_size + assignment.control_size + assignment.reference_size
-        + assignment.variation_size;
+        + assignment.variation_size + assignment.nodes_size;
     if (total > Wire.MAX_VALUES) throw new IOException("too many values");
     Job job = partial.get(id);
     if (job == null) {
@@ -269,8 +269,8 @@ public final class JavaWorker {
     job.add(assignment);
     if (!job.isComplete()) return;
     partial.remove(id);
-    byte[] expected = Wire.calcRequestId(
-        Bowl.NAME, job.scenario, job.theta(), job.controls(), job.reference(), job.variation(), job.gradient);
+    byte[] expected = Wire.calcRequestId(Bowl.NAME, job.scenario, job.theta(), job.controls(), job.reference(),
+        job.variation(), job.nodes(), job.gradient);
     if (!Arrays.equals(expected, job.id)) throw new IOException("the id does not fit the request");
     queue.add(job);
   }
@@ -378,7 +378,7 @@ public final class JavaWorker {
     status.repeated = repeated;
     status.refused = refused;
     status.state = state;
-    status.protocol = 4;
+    status.protocol = 5;
     status.pid = (int) ProcessHandle.current().pid();
     status.unacknowledged = (int) results.values().stream().filter(kept -> !kept.acknowledged).count();
     status.queue_capacity = MAX_QUEUE;

@@ -13,6 +13,7 @@ final class Job {
   private final int thetaSize;
   private final int controlSize;
   private final int referenceSize;
+  private final int variationSize;
   private final double[] values;
   private final BitSet have = new BitSet();
 
@@ -24,6 +25,7 @@ final class Job {
     thetaSize = head.theta_size;
     controlSize = head.control_size;
     referenceSize = head.reference_size;
+    variationSize = head.variation_size;
     values = new double[countValues(head)];
   }
 
@@ -61,10 +63,15 @@ final class Job {
   }
 
   double[] variation() {
-    return Arrays.copyOfRange(values, thetaSize + controlSize + referenceSize, values.length);
+    int begin = thetaSize + controlSize + referenceSize;
+    return Arrays.copyOfRange(values, begin, begin + variationSize);
+  }
+
+  double[] nodes() {
+    return Arrays.copyOfRange(values, thetaSize + controlSize + referenceSize + variationSize, values.length);
   }
 
   private static int countValues(assignment_t head) {
-    return head.theta_size + head.control_size + head.reference_size + head.variation_size;
+    return head.theta_size + head.control_size + head.reference_size + head.variation_size + head.nodes_size;
   }
 }

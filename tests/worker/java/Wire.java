@@ -62,8 +62,8 @@ final class Wire {
     takeCount(bytes, 52, 8 * 32);
     int offset = 88;
     for (int i = 0; i < assignments; ++i) {
-      for (int size = 8; size < 28; size += 4) takeCount(bytes, offset + size, MAX_VALUES);
-      offset += 64 + 8 * takeCount(bytes, offset + 28, VALUES_PER_PART);
+      for (int size = 8; size < 32; size += 4) takeCount(bytes, offset + size, MAX_VALUES);
+      offset += 68 + 8 * takeCount(bytes, offset + 32, VALUES_PER_PART);
     }
   }
 
@@ -72,13 +72,13 @@ final class Wire {
   }
 
   static byte[] calcRequestId(String engine, byte[] scenario, double[] theta, double[] controls, double[] reference,
-      double[] variation, boolean gradient) throws GeneralSecurityException {
-    int values = theta.length + controls.length + reference.length + variation.length;
+      double[] variation, double[] nodes, boolean gradient) throws GeneralSecurityException {
+    int values = theta.length + controls.length + reference.length + variation.length + nodes.length;
     ByteBuffer content = ByteBuffer.allocate(256 + 8 * values).order(ByteOrder.LITTLE_ENDIAN);
-    putString(content, "knap-request-2");
+    putString(content, "knap-request-3");
     putString(content, engine);
     content.put(scenario);
-    for (double[] list : new double[][] {theta, controls, reference, variation}) {
+    for (double[] list : new double[][] {theta, controls, reference, variation, nodes}) {
       content.putLong(list.length);
       for (double value : list) content.putLong(Double.doubleToRawLongBits(value));
     }

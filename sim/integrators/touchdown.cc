@@ -1,4 +1,4 @@
-#include "sim/gradient/touchdown.h"
+#include "sim/integrators/touchdown.h"
 
 #include <algorithm>
 #include <cmath>
@@ -22,6 +22,30 @@ struct NearestPoint {
   int triangle = -1;
   Vector3d barycentric = Vector3d::Zero();
 };
+
+// Two points of two bodies along a normal.
+struct Gap {
+  Vector3d arm_B, arm_S, w_B, w_S;  // in W
+  double gap = 0.0, rate = 0.0;
+};
+
+Gap CalcGap(const Approach& at, const ContactPair& contact, const std::vector<BodyKinematics>& kinematics) {
+  const auto& sphere = std::get<SphereGeometry>(contact.shapes[at.ball]);
+  const BodyKinematics& B = kinematics[contact.bodies[at.ball]];
+  const BodyKinematics& S = kinematics[contact.bodies[1 - at.ball]];
+  Vector3d p_S = at.p_S;
+  if (at.triangle >= 0) {
+    const Facet& facet = std::get<MeshGeometry>(contact.shapes[1 - at.ball]).mesh->facets()[at.triangle];
+    p_S = at.barycentric(0) * facet.Place(0) + at.barycentric(1) * facet.Place(1) + at.barycentric(2) * facet.Place(2);
+  }
+  const Vector3d c_W = B.X_WB * sphere.center;
+  const Vector3d p_W = S.X_WB * p_S;
+  Gap out{c_W - B.X_WB.p, p_W - S.X_WB.p, B.X_WB.R * B.V.head<3>(), S.X_WB.R * S.V.head<3>()};
+  out.gap = at.n_W.dot(c_W - p_W) - sphere.radius - at.inflation;
+  out.rate = at.n_W.dot(B.X_WB.R * B.V.tail<3>() + out.w_B.cross(out.arm_B) - S.X_WB.R * S.V.tail<3>() -
+                        out.w_S.cross(out.arm_S));
+  return out;
+}
 
 // [Ericson 2005, §5.1.5]
 Vector3d FindOnTriangle(const std::array<Vector3d, 3>& v, const Vector3d& c) {
@@ -118,34 +142,36 @@ std::optional<Touchdown> FindTouchdown(const ContactPair& contact, const std::ve
   const auto* sphere = std::get_if<SphereGeometry>(&contact.shapes[ball]);
   if (sphere == nullptr) return std::nullopt;
   const ContactGeometry& surface = contact.shapes[1 - ball];
-  const BodyKinematics& B = kinematics[contact.bodies[ball]];
   const BodyKinematics& S = kinematics[contact.bodies[1 - ball]];
-  const Vector3d c_W = B.X_WB * sphere->center;
+  const Vector3d c_W = kinematics[contact.bodies[ball]].X_WB * sphere->center;
   const NearestPoint nearest = FindNearest(surface, S.X_WB.ApplyInverse(c_W));
-  const Vector3d p_W = S.X_WB * nearest.p;
-  const double distance = (c_W - p_W).norm();
-  const double gap = distance - sphere->radius - nearest.inflation;
-  if (!(gap >= 0.0 && distance > 0.0)) return std::nullopt;
-  const Vector3d n = (c_W - p_W) / distance;
-  const Vector3d w_B = B.X_WB.R * B.V.head<3>();
-  const Vector3d w_S = S.X_WB.R * S.V.head<3>();
-  const Vector3d arm_B = c_W - B.X_WB.p;
-  const Vector3d arm_S = p_W - S.X_WB.p;
-  const double rate = n.dot(B.X_WB.R * B.V.tail<3>() + w_B.cross(arm_B) - S.X_WB.R * S.V.tail<3>() - w_S.cross(arm_S));
-  if (!(rate < -kLeastApproach)) return std::nullopt;
-  const double by_gap = -1.0 / rate;
-  const double by_rate = gap / (rate * rate);
+  const Vector3d from_p = c_W - S.X_WB * nearest.p;
+  const double distance = from_p.norm();
+  if (distance == 0.0) return std::nullopt;
   Touchdown out;
-  out.in = -gap / rate;
-  out.bodies[0] = MakeCotangent(contact.bodies[ball], arm_B, w_B, n, by_gap, by_rate);
-  out.bodies[1] = MakeCotangent(contact.bodies[1 - ball], arm_S, w_S, n, -by_gap, -by_rate);
+  out.approach = {ball, from_p / distance, nearest.p, nearest.triangle, nearest.barycentric, nearest.inflation};
+  const Gap at = CalcGap(out.approach, contact, kinematics);
+  if (!(at.gap >= 0.0 && at.rate < -kLeastApproach)) return std::nullopt;
+  const Vector3d& n = out.approach.n_W;
+  const double by_gap = -1.0 / at.rate;
+  const double by_rate = at.gap / (at.rate * at.rate);
+  out.in = -at.gap / at.rate;
+  out.bodies[0] = MakeCotangent(contact.bodies[ball], at.arm_B, at.w_B, n, by_gap, by_rate);
+  out.bodies[1] = MakeCotangent(contact.bodies[1 - ball], at.arm_S, at.w_S, n, -by_gap, -by_rate);
   const auto* mesh = std::get_if<MeshGeometry>(&surface);
   if (mesh != nullptr && mesh->IsDesigned()) {
-    const Vector3d bar_p = S.X_WB.R.transpose() * (-by_gap * n - by_rate * n.cross(w_S));
+    const Vector3d bar_p = S.X_WB.R.transpose() * (-by_gap * n - by_rate * n.cross(at.w_S));
     const Eigen::Vector3i corners = mesh->mesh->triangles()[nearest.triangle];
     for (int i = 0; i < 3; ++i) out.vertices.emplace_back(corners(i), nearest.barycentric(i) * bar_p);
   }
   return out;
+}
+
+std::optional<double> CalcTouchdownIn(const Approach& approach, const ContactPair& contact,
+                                      const std::vector<BodyKinematics>& kinematics) {
+  const Gap at = CalcGap(approach, contact, kinematics);
+  if (!(at.rate < 0.0)) return std::nullopt;
+  return -at.gap / at.rate;
 }
 
 }  // namespace knap
