@@ -49,6 +49,10 @@ pkg_check_modules(ASSIMP REQUIRED IMPORTED_TARGET assimp)
 add_library(knap_dep_assimp INTERFACE)
 target_link_libraries(knap_dep_assimp INTERFACE PkgConfig::ASSIMP)
 
+pkg_check_modules(URDF REQUIRED IMPORTED_TARGET urdfdom)
+add_library(knap_dep_urdf INTERFACE)
+target_link_libraries(knap_dep_urdf INTERFACE PkgConfig::URDF)
+
 pkg_check_modules(SODIUM REQUIRED IMPORTED_TARGET libsodium)
 add_library(knap_dep_sodium INTERFACE)
 target_link_libraries(knap_dep_sodium INTERFACE PkgConfig::SODIUM)

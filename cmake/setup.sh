@@ -11,12 +11,13 @@ knap_packages=(
   g++ cmake ninja-build pkg-config iproute2
   liblcm-dev liblcm-bin liblcm-java libglib2.0-dev default-jdk-headless
   libeigen3-dev libnlopt-dev libnlopt-cxx-dev libassimp-dev libbullet-dev libbullet-extras-dev libqhull-dev
+  liburdfdom-dev
   libyaml-cpp-dev libcli11-dev libspdlog-dev libfmt-dev nlohmann-json3-dev libsodium-dev
   libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev
 )
-# An independent engine that a test compares dynamics with; Ubuntu has no package of it.
+# Independent programs that tests compare with: an engine, of which Ubuntu has no package, and a reader of robots.
 if (. /etc/os-release 2>/dev/null && [[ ${ID:-} == debian && ${VERSION_ID:-} == 12 ]]); then
-  knap_packages+=(libmujoco-dev)
+  knap_packages+=(libmujoco-dev liborocos-kdl-dev libkdl-parser-dev)
 fi
 # shellcheck disable=SC2034
 knap_test_packages=(munge slurmctld slurmd slurm-client python3)

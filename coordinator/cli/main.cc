@@ -5,6 +5,7 @@
 #include "coordinator/cli/evaluate_command.h"
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/gradcheck_command.h"
+#include "coordinator/cli/import_command.h"
 #include "coordinator/cli/landscape_command.h"
 #include "coordinator/cli/learn_command.h"
 #include "coordinator/cli/repair_command.h"
@@ -28,6 +29,7 @@ int main(int argc, char** argv) {
   knap::AddEvaluateCommand(&app, &command);
   knap::AddGradcheckCommand(&app, &command);
   knap::AddLandscapeCommand(&app, &command);
+  knap::AddImportCommand(&app, &command);
   knap::AddRepairCommand(&app, &command);
   knap::AddReportCommand(&app, &command);
   knap::AddRolloutCommand(&app, &command);

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "coordinator/cli/initial_weights.h"
-#include "coordinator/cli/variation_table.h"
+#include "sim/scenarios/number_table.h"
 #include "sim/math/overloaded.h"
 #include "sim/rollout/build_policy.h"
 #include "sim/rollout/control_commands.h"
@@ -64,7 +64,7 @@ VariationKeys MakeKeys(const Variation& variation, const std::map<std::string, s
                           keys.distribution = std::move(draw);
                         },
                         [&](const TableDistribution& d) {
-                          keys.distribution = RowDraw{ReadVariationTable(d.file, files.at(d.file), variation.keys)};
+                          keys.distribution = RowDraw{ReadNumberTable(d.file, files.at(d.file), variation.keys)};
                         }},
              variation.distribution);
   return keys;

@@ -187,14 +187,16 @@ class GradientChecker {
     const bool agrees = !rollout->parameters.empty() &&
                         std::all_of(rollout->parameters.begin(), rollout->parameters.end(),
                                     [](const ParameterCheck& parameter) { return parameter.plateau_steps > 0; });
-    if (!IsUsable(certificate) || !certificate.gradient_reliable) {
-      rollout->verdict = GradientVerdict::kFlagged;
-      ++report_.flagged;
-      report_.nonconverged += IsUsable(certificate) ? 0 : 1;
-    } else if (agrees) {
+    const bool doubted = !IsUsable(certificate) || !certificate.gradient_reliable;
+    report_.doubted += doubted ? 1 : 0;
+    if (agrees && IsUsable(certificate)) {
       rollout->verdict = GradientVerdict::kAgreed;
       ++report_.agreed;
       report_.max_rel_error = std::max(report_.max_rel_error, rollout->relative_error);
+    } else if (doubted) {
+      rollout->verdict = GradientVerdict::kFlagged;
+      ++report_.flagged;
+      report_.nonconverged += IsUsable(certificate) ? 0 : 1;
     } else {
       rollout->verdict = GradientVerdict::kDisagreed;
       ++report_.disagreed;

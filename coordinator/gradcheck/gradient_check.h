@@ -8,11 +8,12 @@
 //
 // g and fd in range-normalised parameters, g_i = dL/dtheta_i·(upper_i − lower_i); see difference_ladder.h. Where time
 // steps are chosen, they would be chosen anew at every theta and the loss would jump: the rollouts that are subtracted
-// take the steps chosen at the theta in question, moved along with touchdowns (RolloutQuery::theta_nodes), which is what
-// the gradient is the derivative of. That this is the problem's derivative too is asked elsewhere (docs/method.md).
+// take the steps chosen at the theta in question, moved along with touchdowns (RolloutQuery::theta_nodes): of these the
+// gradient is the derivative. That it is the problem's too is asked elsewhere (docs/method.md).
 //
-// A rollout whose certificate itself warns (not finite, not converged or its gradient not reliable) is flagged: it
-// counts as flagged even if it agrees. What neither agrees nor is flagged is what the check exists to find.
+// One that does not agree is flagged when its certificate itself warns: not finite, not converged, or its gradient not
+// reliable. What neither agrees nor is flagged is what the check exists to find. How many of all certificates warn is
+// counted besides: most of what they warn of, time steps and cascades of touchdowns, is no matter of differences.
 #pragma once
 
 #include <cstdint>
@@ -62,6 +63,7 @@ struct CheckedRollout {
 struct GradientCheckReport {
   std::vector<CheckedRollout> rollouts;  // in the order drawn
   int agreed = 0, flagged = 0, disagreed = 0;
+  int doubted = 0;             // whose certificates warn, whether they agree or not
   int nonconverged = 0;        // of the flagged: not finite or not converged, so without a gradient to compare
   int zero_gradient = 0;       // draws left out
   std::int64_t draws = 0;      // up to the last one needed

@@ -110,6 +110,7 @@ nlohmann::ordered_json MakeGradientCheckJson(const GradientCheckReport& report, 
           {"unflagged_disagreements", report.disagreed},
           {"quarantined", report.flagged},
           {"nonconverged", report.nonconverged},
+          {"certificates_that_warn", report.doubted},
           {"zero_gradient", report.zero_gradient},
           {"draws", report.draws},
           {"evaluated", report.evaluated},
@@ -132,9 +133,12 @@ std::string FormatGradientCheck(const GradientCheckReport& report, const Problem
                  report.checked(), report.draws, options.seed);
   fmt::format_to(out, "agreed                   {:>8}  with central differences within {:g} of the largest component\n",
                  report.agreed, options.tolerance);
-  fmt::format_to(out, "flagged                  {:>8}  by their own certificates, {} of them not converged\n",
-                 report.flagged, report.nonconverged);
+  fmt::format_to(
+      out, "flagged                  {:>8}  do not agree, and their certificates warn, {} of them not converged\n",
+      report.flagged, report.nonconverged);
   fmt::format_to(out, "unflagged disagreements  {:>8}\n", report.disagreed);
+  fmt::format_to(out, "certificates that warn   {:>8}  of time steps, touchdowns, rounding, agreed or not\n",
+                 report.doubted);
   fmt::format_to(out, "zero gradient            {:>8}  left out\n", report.zero_gradient);
   fmt::format_to(out, "max relative error       {:>8.1e}  of those that agreed\n", report.max_rel_error);
   fmt::format_to(out, "rollouts run             {:>8}\n", report.evaluated);

@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "coordinator/run_directory/csv_text.h"
+#include "sim/scenarios/csv_text.h"
 #include "coordinator/run_directory/run_directory.h"
 
 namespace knap {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "coordinator/run_directory/csv_text.h"
+#include "sim/scenarios/csv_text.h"
 #include "coordinator/run_directory/durable_file.h"
 
 namespace knap {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "coordinator/run_directory/csv_text.h"
+#include "sim/scenarios/csv_text.h"
 #include "coordinator/run_directory/json_text.h"
 
 namespace knap {

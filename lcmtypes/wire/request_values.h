@@ -1,4 +1,4 @@
-// What the values of a request are, in the order in which they travel: theta | controls | reference | variation | nodes.
+// What the values of a request are, in their order: theta | controls | reference | variation | nodes.
 #pragma once
 
 #include <cstddef>

@@ -45,7 +45,7 @@ struct TimeNode {
   double time = 0.0;  // [s]
   bool moves = false;
   int contact = -1;  // -1: none
-  Approach approach;
+  Approach approach{};
   double touchdown = 0.0;  // [s]
 };
 

@@ -91,4 +91,36 @@ PrescribedState CalcPieces(const std::vector<MotionPiece>& pieces, double time) 
   return state;
 }
 
+PrescribedState CalcTurn(const Eigen::Vector3d& axis_F, const CubicSpline::Value& angle) {
+  PrescribedState state;
+  state.X_FB.R = ExpSo3(angle.x * axis_F).toRotationMatrix();
+  // The axis is the same in F and B.
+  state.V.head<3>() = angle.rate * axis_F;
+  state.A.head<3>() = angle.acceleration * axis_F;
+  state.jerk.head<3>() = angle.jerk * axis_F;
+  return state;
+}
+
+PrescribedState CalcShift(const Eigen::Vector3d& axis_F, const CubicSpline::Value& displacement) {
+  PrescribedState state;
+  state.X_FB.p = displacement.x * axis_F;
+  state.V.tail<3>() = displacement.rate * axis_F;
+  state.A.tail<3>() = displacement.acceleration * axis_F;
+  state.jerk.tail<3>() = displacement.jerk * axis_F;
+  return state;
+}
+
+PrescribedState Compose(const PrescribedState& M_in_F, const PrescribedState& B_in_M) {
+  const Vector6d V = ShiftTwist(B_in_M.X_FB, M_in_F.V);
+  const Vector6d A = ShiftTwist(B_in_M.X_FB, M_in_F.A);
+  const Vector6d turned = A - CrossMotion(B_in_M.V, V);  // d(Y V_M)/dt
+  PrescribedState state;
+  state.X_FB = M_in_F.X_FB * B_in_M.X_FB;
+  state.V = V + B_in_M.V;
+  state.A = turned + B_in_M.A;
+  state.jerk = ShiftTwist(B_in_M.X_FB, M_in_F.jerk) - CrossMotion(B_in_M.V, A) - CrossMotion(B_in_M.A, V) -
+               CrossMotion(B_in_M.V, turned) + B_in_M.jerk;
+  return state;
+}
+
 }  // namespace knap

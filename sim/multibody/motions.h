@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <vector>
 
+#include "sim/math/cubic_spline.h"
 #include "sim/multibody/tree.h"
 
 namespace knap {
@@ -33,5 +34,13 @@ struct MotionPiece {
 };
 // One after the other from F, and then still.
 PrescribedState CalcPieces(const std::vector<MotionPiece>& pieces, double time);
+
+// A turn about the unit vector `axis` by as many radians, or a shift along it by as many metres, as a spline says.
+PrescribedState CalcTurn(const Eigen::Vector3d& axis_F, const CubicSpline::Value& angle);
+PrescribedState CalcShift(const Eigen::Vector3d& axis_F, const CubicSpline::Value& displacement);
+
+// What moves in what moves: of B in F, of M in F and of B in M. With Y the matrix of X_BM, which takes twists to B,
+//   V = Y V_M + V_B    and    d(Y U)/dt = Y dU/dt − V_B × Y U.
+PrescribedState Compose(const PrescribedState& M_in_F, const PrescribedState& B_in_M);
 
 }  // namespace knap

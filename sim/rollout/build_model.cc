@@ -47,7 +47,25 @@ MotionPiece MakePiece(const MotionSegment& segment, const Vector3d& gravity) {
   return piece;
 }
 
-PrescribedMotion MakeMotion(const Motion& motion, const Vector3d& gravity) {
+// Six shifts and turns, one in the other: roll, pitch and yaw as RotationFromRpy has them.
+PrescribedMotion MakePath(const std::string& file, const RecordedPaths& paths) {
+  std::vector<CubicSpline> splines;
+  for (const char* column : kPathColumns) splines.push_back(paths.at({file, column}));
+  return [splines](double time) {
+    PrescribedState state = CalcShift(Vector3d::UnitX(), splines[0].Calc(time));
+    for (int i = 1; i < 3; ++i) state = Compose(state, CalcShift(Vector3d::Unit(i), splines[i].Calc(time)));
+    for (int i = 2; i >= 0; --i) state = Compose(state, CalcTurn(Vector3d::Unit(i), splines[3 + i].Calc(time)));
+    return state;
+  };
+}
+
+PrescribedMotion MakeJointPath(const JointPathMotion& motion, const RecordedPaths& paths) {
+  const auto calc = motion.kind == JointPathKind::kTurn ? CalcTurn : CalcShift;
+  return [calc, axis = Vector3d(motion.axis.normalized()),
+          spline = paths.at({motion.file, motion.column})](double time) { return calc(axis, spline.Calc(time)); };
+}
+
+PrescribedMotion MakeMotion(const Motion& motion, const Vector3d& gravity, const RecordedPaths& paths) {
   return std::visit(Overloaded{[](const ZigzagMotion& m) -> PrescribedMotion {
                                  const Zigzag zigzag{m.amplitude, m.period, m.sharpness, m.forward_speed, m.stop_at};
                                  return [zigzag](double time) { return CalcZigzag(zigzag, time); };
@@ -61,7 +79,9 @@ PrescribedMotion MakeMotion(const Motion& motion, const Vector3d& gravity) {
                                  std::vector<MotionPiece> pieces;
                                  for (const MotionSegment& s : m.segments) pieces.push_back(MakePiece(s, gravity));
                                  return [pieces](double time) { return CalcPieces(pieces, time); };
-                               }},
+                               },
+                               [&](const PathMotion& m) { return MakePath(m.file, paths); },
+                               [&](const JointPathMotion& m) { return MakeJointPath(m, paths); }},
                     motion);
 }
 
@@ -108,7 +128,7 @@ RopePlace PlaceRope(const Rope& rope) {
 // Adds bodies one by one and remembers the initial state of their joints.
 class Builder {
  public:
-  explicit Builder(const Vector3d& gravity) { model_.tree.gravity = gravity; }
+  Builder(const Vector3d& gravity, const RecordedPaths& paths) : paths_(paths) { model_.tree.gravity = gravity; }
 
   void Add(const Body& body, const std::vector<const MassProperties*>& of_unit_density) {
     model_.joint_index[body.name] = model_.tree.size();
@@ -121,7 +141,8 @@ class Builder {
                    [&](const FixedJoint&) { Append(tree_body, M, {}, {}); },
                    [&](const PrescribedJoint& j) {
                      tree_body.joint = JointType::kPrescribed;
-                     tree_body.motion = MakeMotion(j.motion, tree_body.X_PF.R.transpose() * model_.tree.gravity);
+                     tree_body.motion =
+                         MakeMotion(j.motion, tree_body.X_PF.R.transpose() * model_.tree.gravity, paths_);
                      Append(tree_body, M, {}, {});
                    },
                    [&](const RevoluteJoint& j) {
@@ -235,6 +256,7 @@ class Builder {
   }
 
   SceneModel model_;
+  const RecordedPaths& paths_;
   std::vector<double> q_;
   std::vector<double> v_;
 };
@@ -348,7 +370,8 @@ GripSpring MakeGrip(const Scene& scene, const Grip& grip, const SceneModel& mode
 
 }  // namespace
 
-SceneModel BuildModel(const Scene& scene, const DesignedShapes& shapes, const FixedMeshes& meshes) {
+SceneModel BuildModel(const Scene& scene, const DesignedShapes& shapes, const FixedMeshes& meshes,
+                      const RecordedPaths& paths) {
   const auto find_masses = [&](const Body& body) {
     std::vector<const MassProperties*> masses(body.shapes.size(), nullptr);
     for (std::size_t i = 0; i < masses.size(); ++i) {
@@ -360,7 +383,7 @@ SceneModel BuildModel(const Scene& scene, const DesignedShapes& shapes, const Fi
     }
     return masses;
   };
-  Builder builder(CalcGravity(scene));
+  Builder builder(CalcGravity(scene), paths);
   // Parents first, else in the order of the file.
   std::vector<bool> added(scene.bodies.size(), false);
   for (std::size_t count = 0; count < scene.bodies.size(); ++count) {

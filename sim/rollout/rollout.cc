@@ -61,10 +61,13 @@ Eigen::MatrixXd StackCommands(const Eigen::MatrixXd& open_loop, const ClosedLoop
 }  // namespace
 
 RolloutModel::RolloutModel(const std::map<std::string, std::string>& files)
-    : scene_(ParseScenarioFiles(files)), meshes_(ReadFixedMeshes(scene_, files)) {
+    : scene_(ParseScenarioFiles(files)),
+      meshes_(ReadFixedMeshes(scene_, files)),
+      paths_(ReadRecordedPaths(scene_, files)) {
   if (scene_.design) design_.emplace(scene_, files);
   // Whatever this simulator cannot do shows now, not in the first rollout.
-  ContactModel(BuildModel(scene_, *GetShapes(design_ ? design_->initial_theta() : VectorXd()), meshes_).contacts);
+  ContactModel(
+      BuildModel(scene_, *GetShapes(design_ ? design_->initial_theta() : VectorXd()), meshes_, paths_).contacts);
 }
 
 std::shared_ptr<const DesignedShapes> RolloutModel::GetShapes(const VectorXd& theta) {
@@ -88,7 +91,7 @@ RolloutModel::Simulated RolloutModel::Simulate(const VectorXd& theta, const Vect
   s.moved = Scene(s.scene);
   if (design_) design_->MoveAttachments(theta, &s.moved);
   s.shapes = GetShapes(theta);
-  s.model = BuildModel(s.moved, *s.shapes, meshes_);
+  s.model = BuildModel(s.moved, *s.shapes, meshes_, paths_);
   const Eigen::Index open_loop = CountControls(s.scene);
   if (s.scene.controls) s.commands = CalcCommands(*s.scene.controls, controls.head(open_loop));
   s.signals = std::make_unique<SignalSet>(s.scene, s.moved, s.model);

@@ -168,6 +168,7 @@ class RolloutModel {
 
   Scene scene_;
   FixedMeshes meshes_;
+  RecordedPaths paths_;
   std::optional<SceneDesign> design_;
   std::list<std::pair<Eigen::VectorXd, std::shared_ptr<const DesignedShapes>>> shapes_;
   std::list<Reference> references_;

@@ -58,11 +58,19 @@ class ValueChecker {
           if constexpr (requires { joint.axis; }) CheckOneDofJoint(joint, path + ".joint");
         },
         body.joint.kind);
-    const auto* prescribed = std::get_if<PrescribedJoint>(&body.joint.kind);
-    const auto* motion = prescribed != nullptr ? std::get_if<SegmentsMotion>(&prescribed->motion) : nullptr;
-    for (std::size_t i = 0; motion != nullptr && i < motion->segments.size(); ++i) {
-      CheckSegment(motion->segments[i], body, fmt::format("{}.joint.motion.segments[{}]", path, i));
+    if (const auto* prescribed = std::get_if<PrescribedJoint>(&body.joint.kind)) {
+      CheckMotion(prescribed->motion, body, path + ".joint.motion");
     }
+  }
+
+  void CheckMotion(const Motion& motion, const Body& body, const std::string& path) {
+    if (const auto* segments = std::get_if<SegmentsMotion>(&motion)) {
+      for (std::size_t i = 0; i < segments->segments.size(); ++i) {
+        CheckSegment(segments->segments[i], body, fmt::format("{}.segments[{}]", path, i));
+      }
+    }
+    const auto* joint_path = std::get_if<JointPathMotion>(&motion);
+    if (joint_path != nullptr && joint_path->axis.norm() == 0.0) Report({path + ".axis"}, "must not be zero");
   }
 
   void CheckInertia(const ExplicitInertia& given, const std::string& path) {

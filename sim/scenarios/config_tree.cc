@@ -295,14 +295,15 @@ void ApplyOverrides(ConfigNode& root, std::span<const std::string> overrides, st
 }
 
 std::string FormatErrors(std::vector<ConfigError> errors, const std::string& file_name,
-                         std::span<const std::string> overrides) {
+                         std::span<const std::string> overrides, std::span<const std::string> included) {
   std::stable_sort(errors.begin(), errors.end(),
                    [](const ConfigError& a, const ConfigError& b) { return a.position < b.position; });
   std::string text;
   for (const ConfigError& error : errors) {
     const ConfigPosition& at = error.position;
+    const std::string& file = at.file < 0 ? file_name : included[static_cast<std::size_t>(at.file)];
     std::string line = at.override_index < 0
-                           ? fmt::format("{}:{}:{}: ", file_name, at.line, at.column)
+                           ? fmt::format("{}:{}:{}: ", file, at.line, at.column)
                            : fmt::format("command line: {}: ", overrides[static_cast<std::size_t>(at.override_index)]);
     if (!error.field.empty()) line += error.field + ": ";
     line += error.message;

@@ -9,17 +9,23 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <vector>
 
 namespace knap {
 
-// A place in the file, counted from 1, or on the command line.
+// A place in a file, counted from 1, or on the command line.
 struct ConfigPosition {
-  int override_index = -1;  // which override the text comes from; -1: the file
+  int override_index = -1;  // which override the text comes from; -1: a file
   int line = 1;
   int column = 1;
+  int file = -1;  // which of the included files (include_files.h); -1: the scenario's own
 
-  auto operator<=>(const ConfigPosition&) const = default;
+  auto operator<=>(const ConfigPosition& other) const {
+    return std::tie(override_index, file, line, column) <=>
+           std::tie(other.override_index, other.file, other.line, other.column);
+  }
+  bool operator==(const ConfigPosition&) const = default;
 };
 
 struct ConfigError {
@@ -61,9 +67,10 @@ ConfigNode ParseConfigTree(const std::string& text, std::vector<ConfigError>& er
 // keys are added, missing elements are errors. The value is YAML. Appends what is wrong to `errors`.
 void ApplyOverrides(ConfigNode& root, std::span<const std::string> overrides, std::vector<ConfigError>& errors);
 
-// One line an error, sorted by position, file first: "file:line:column: field: message" or
-// "command line: a.b=c: field: message". `overrides` are those that were applied.
+// One line an error, sorted by position, files first: "file:line:column: field: message" or
+// "command line: a.b=c: field: message". `overrides` are those that were applied, `included` the names of the files
+// that were included.
 std::string FormatErrors(std::vector<ConfigError> errors, const std::string& file_name,
-                         std::span<const std::string> overrides = {});
+                         std::span<const std::string> overrides = {}, std::span<const std::string> included = {});
 
 }  // namespace knap

@@ -210,6 +210,24 @@ std::string DescribePairs() {
   return text;
 }
 
+// Of what is gone before the fields are read (include_files.h).
+constexpr const char* kIncludes =
+    "## `include[]`\n\n"
+    "A scenario may take over the bodies, ropes, contacts and grips of other files, `knap import` writes such ones. "
+    "All\n"
+    "their names get `name` and an underscore in front; overrides and variations see `bodies.arm_hand.joint`. A file "
+    "that\n"
+    "is included has these four lists, `schema` and `description` and nothing else, and includes nothing itself. "
+    "Files\n"
+    "that it names are relative to its own folder.\n\n"
+    "| key | value | if left out | meaning |\n|---|---|---|---|\n"
+    "| `file` | file, relative to the scenario's | required | that is included |\n"
+    "| `name` | name | required | of the body that carries what the file hangs on `world`, and first part of all names "
+    "|\n"
+    "| `parent` | world or name of a body | world | to which that body is fixed |\n"
+    "| `position` | list of 3: number in m | [0 m, 0 m, 0 m] | of that body in the parent |\n"
+    "| `orientation_rpy` | list of 3: number in rad | [0 rad, 0 rad, 0 rad] | likewise: roll, pitch, yaw |\n\n";
+
 }  // namespace
 
 std::string DescribeSceneFormat() {
@@ -241,7 +259,7 @@ std::string DescribeSceneFormat() {
     }
     text += '\n';
   }
-  return text + DescribePairs();
+  return text + kIncludes + DescribePairs();
 }
 
 }  // namespace knap

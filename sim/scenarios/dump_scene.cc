@@ -133,4 +133,12 @@ std::string DumpScene(const Scene& scene) {
   return writer.TakeText();
 }
 
+std::string DumpBodies(const std::vector<Body>& bodies) {
+  std::vector<Body> copy = bodies;
+  const std::vector<NumericKey> no_keys;
+  SceneWriter writer(no_keys);
+  VisitBodies(writer, copy);
+  return writer.TakeText();
+}
+
 }  // namespace knap

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "sim/scenarios/scene.h"
 
@@ -10,5 +11,8 @@ namespace knap {
 // ParseScene of the text gives the same scene, every number to the last bit; equal scenes give equal texts. All numbers
 // of the scene are finite.
 std::string DumpScene(const Scene& scene);
+
+// The key `bodies` of such a file alone.
+std::string DumpBodies(const std::vector<Body>& bodies);
 
 }  // namespace knap

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -44,7 +45,22 @@ struct SegmentsMotion {
   std::vector<MotionSegment> segments;
 };
 
-using Motion = std::variant<ZigzagMotion, ConstantVelocityMotion, SegmentsMotion>;
+// A cubic spline through the rows of a CSV file with the columns time [s], x, y, z [m], roll, pitch, yaw [rad]; at rest
+// before the first row and after the last.
+struct PathMotion {
+  std::string file;
+};
+
+// Likewise one column of a file: an angle about an axis through Jo [rad], or a displacement along it [m].
+enum class JointPathKind { kTurn, kShift };
+struct JointPathMotion {
+  std::string file;
+  std::string column;
+  JointPathKind kind = JointPathKind::kTurn;
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  // in J, not zero, of any length
+};
+
+using Motion = std::variant<ZigzagMotion, ConstantVelocityMotion, SegmentsMotion, PathMotion, JointPathMotion>;
 
 // The pose of B in J is a given function of time.
 struct PrescribedJoint {

@@ -49,8 +49,27 @@ static void VisitFields(FieldVisitor& v, SegmentsMotion& m) {
   v.StructList({.key = "segments", .doc = "one after the other, then still"}, m.segments, 1);
 }
 
+static void VisitFields(FieldVisitor& v, PathMotion& m) {
+  v.Text({.key = "file",
+          .doc = "CSV with the columns time (s), x, y, z (m), roll, pitch, yaw (rad) of B in J: smooth between the "
+                 "rows, at rest before the first and after the last",
+          .role = TextRole::kFile},
+         m.file);
+}
+
+static void VisitFields(FieldVisitor& v, JointPathMotion& m) {
+  static constexpr string_view kKinds[] = {"turn", "shift"};
+  v.Text({.key = "file", .doc = "CSV with a column time (s) and others, as `path` has it", .role = TextRole::kFile},
+         m.file);
+  v.Text({.key = "column", .doc = "name of the column that this joint follows"}, m.column);
+  v.EnumField({.key = "kind", .doc = "turn: the column is an angle (rad); shift: a length (m)", .required = false},
+              m.kind, kKinds);
+  VisitVector(v, "axis", "direction in J, of any length but zero", kDimensionless, m.axis);
+}
+
 static void VisitFields(FieldVisitor& v, Motion& motion) {
-  v.OneOf({.key = "type", .doc = "how the body moves"}, motion, {"zigzag", "constant_velocity", "segments"});
+  v.OneOf({.key = "type", .doc = "how the body moves"}, motion,
+          {"zigzag", "constant_velocity", "segments", "path", "joint_path"});
 }
 
 static void VisitFields(FieldVisitor&, FixedJoint&) {}

@@ -389,7 +389,8 @@ class SceneReader final : public FieldVisitor {
 
 }  // namespace
 
-ParseResult ParseScene(const std::string& text, const std::string& file_name, std::span<const std::string> overrides) {
+ParseResult ParseScene(const std::string& text, const std::string& file_name, std::span<const std::string> overrides,
+                       const IncludeReader& read) {
   ParseResult result;
   result.file_name = file_name;
   result.overrides.assign(overrides.begin(), overrides.end());
@@ -398,6 +399,7 @@ ParseResult ParseScene(const std::string& text, const std::string& file_name, st
   // What a text that is no YAML says about a scene would be guesswork.
   const bool readable = root.kind != ConfigNode::Kind::kNull || errors.empty();
   if (readable && root.kind == ConfigNode::Kind::kNull) root.kind = ConfigNode::Kind::kMap;
+  if (readable) result.included = IncludeFiles(&root, read, &errors);
   if (readable) ApplyOverrides(root, overrides, errors);
   result.log = FieldLog(std::move(errors));
   if (!readable) return result;

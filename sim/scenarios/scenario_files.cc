@@ -44,7 +44,13 @@ LoadedScenario LoadScenario(const std::filesystem::path& config, std::span<const
     loaded.parsed.log.Fail("", {}, "cannot be read: " + text.error);
     return loaded;
   }
-  loaded.parsed = ParseScene(text.bytes, config.string(), overrides);
+  const auto read = [&config](const std::string& path) {
+    const std::filesystem::path at = config.parent_path() / path;
+    FileBytes file = ReadFile(at);
+    if (!file.error.empty()) throw std::runtime_error(file.error);
+    return IncludedText{at.string(), std::move(file.bytes)};
+  };
+  loaded.parsed = ParseScene(text.bytes, config.string(), overrides, read);
   for (const FileReference& reference : loaded.parsed.files) {
     const std::filesystem::path path = config.parent_path() / reference.path;
     FileBytes file = ReadFile(path);

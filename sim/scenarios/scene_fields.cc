@@ -362,6 +362,10 @@ static void VisitFields(FieldVisitor& v, GravityDirection& d) {
   v.Number({.key = "rise", .doc = "z component of the direction, -1 down", .range = {-1.0, 1.0}}, d.rise);
 }
 
+void VisitBodies(FieldVisitor& v, std::vector<Body>& bodies) {
+  v.StructList({.key = "bodies", .doc = "a tree, in any order"}, bodies, 1);
+}
+
 void VisitWorld(FieldVisitor& v, Scene& s) {
   v.Integer({.key = "schema",
              .doc = "version of this format",
@@ -373,7 +377,7 @@ void VisitWorld(FieldVisitor& v, Scene& s) {
   v.OptionalStruct(
       {.key = "gravity_direction", .doc = "turns `gravity`, of which only the size counts then", .required = false},
       s.gravity_direction);
-  v.StructList({.key = "bodies", .doc = "a tree, in any order"}, s.bodies, 1);
+  VisitBodies(v, s.bodies);
   v.StructList({.key = "ropes", .doc = "chains of boxes", .required = false}, s.ropes);
   v.StructList({.key = "contacts", .doc = "pairs of bodies that touch", .required = false}, s.contacts);
   v.StructList({.key = "grips", .doc = "springs that hold for a time", .required = false}, s.grips);

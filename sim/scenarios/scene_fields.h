@@ -7,6 +7,8 @@
 
 namespace knap {
 
+void VisitBodies(FieldVisitor& v, std::vector<Body>& bodies);
+
 // What signals can name the numbers of, and signals themselves: bodies, contacts and the like.
 void VisitWorld(FieldVisitor& v, Scene& scene);
 

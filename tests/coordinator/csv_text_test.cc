@@ -1,4 +1,4 @@
-#include "coordinator/run_directory/csv_text.h"
+#include "sim/scenarios/csv_text.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -190,34 +190,61 @@ TEST_F(GradientCheck, NothingButZeroGradientsFails) {
   EXPECT_THAT(ListFailures(report, options_), ElementsAre(HasSubstr("only 0 of 20")));
 }
 
-TEST_F(GradientCheck, FlaggedRolloutsCountAsFlaggedEvenIfTheyAgree) {
+// A certificate that warns excuses a gradient that does not agree, and takes nothing from one that does.
+TEST_F(GradientCheck, FlaggedIsWhatDoesNotAgreeAndWarns) {
   const GradientCheckReport clean = Check();
+  EXPECT_EQ(clean.doubted, 0);
+  const auto is = [&](const RolloutQuery& query, std::size_t i) { return query.theta == FindTheta(clean, i); };
   service_.spoil = [&](const RolloutQuery& query, RolloutOutcome& outcome) {
-    if (query.gradient && query.theta == FindTheta(clean, 2)) outcome.certificate.gradient_reliable = false;
+    if (!query.gradient || !(is(query, 2) || is(query, 7))) return;
+    outcome.certificate.gradient_reliable = false;
+    if (is(query, 2)) outcome.gradient[0] += 1.0;
   };
   GradientCheckReport report = Check();
   EXPECT_EQ(report.rollouts[2].verdict, GradientVerdict::kFlagged);
+  EXPECT_EQ(report.rollouts[7].verdict, GradientVerdict::kAgreed);
+  EXPECT_LT(report.rollouts[7].relative_error, 1e-6);
   EXPECT_EQ(report.flagged, 1);
   EXPECT_EQ(report.agreed, 19);
-  EXPECT_LT(report.rollouts[2].relative_error, 1e-6);
+  EXPECT_EQ(report.doubted, 2);
   EXPECT_THAT(ListFailures(report, options_), IsEmpty()) << "5% may be flagged";
 
   // One that does not converge has no gradient; together they are too many.
   service_.spoil = [&, smooth = service_.spoil](const RolloutQuery& query, RolloutOutcome& outcome) {
     smooth(query, outcome);
-    if (query.theta != FindTheta(clean, 5)) return;
+    if (!is(query, 5)) return;
     outcome.certificate.converged = false;
     outcome.loss = std::numeric_limits<double>::quiet_NaN();
     outcome.gradient.clear();
   };
   report = Check();
   EXPECT_EQ(report.flagged, 2);
+  EXPECT_EQ(report.doubted, 3);
   EXPECT_EQ(report.nonconverged, 1);
   EXPECT_EQ(report.disagreed, 0);
   EXPECT_THAT(ListFailures(report, options_),
               ElementsAre(HasSubstr("2 of 20 rollouts are flagged"), HasSubstr("18 of 20 rollouts agree")));
   options_.flagged = 0.1;
   EXPECT_THAT(ListFailures(report, options_), IsEmpty()) << "10% may be flagged";
+}
+
+// The rollouts that are subtracted take the steps of the one that they are compared with.
+TEST_F(GradientCheck, DifferencesFollowTheStepsOfTheirRollout) {
+  int differences = 0;
+  service_.spoil = [&](const RolloutQuery& query, RolloutOutcome&) {
+    if (query.gradient) {
+      EXPECT_TRUE(query.theta_nodes.empty());
+      return;
+    }
+    ++differences;
+    ASSERT_EQ(query.theta_nodes.size(), 2u);
+    const double off =
+        std::abs(query.theta[0] - query.theta_nodes[0]) + std::abs(query.theta[1] - query.theta_nodes[1]);
+    EXPECT_GT(off, 0.0);
+    EXPECT_LT(off, 1e-2);
+  };
+  Check();
+  EXPECT_GE(differences, 20 * 2 * 3 * 2);
 }
 
 TEST_F(GradientCheck, ANumberThatIsNoneWithoutAWarningIsADisagreement) {

@@ -10,7 +10,7 @@
 #include <variant>
 
 #include "coordinator/cli/loaded_run.h"
-#include "coordinator/cli/variation_table.h"
+#include "sim/scenarios/number_table.h"
 namespace knap {
 namespace {
 
@@ -134,11 +134,11 @@ TEST(ProblemFromSceneTest, MostRolloutsCountsEveryEvaluationOfEveryBatch) {
 }
 
 TEST(VariationTableTest, ReadsColumnsByName) {
-  EXPECT_EQ(ReadVariationTable("t.csv", "b,other,a\r\n1,x,2\r\n3.5,y,-4e-3", {"a", "b"}),
+  EXPECT_EQ(ReadNumberTable("t.csv", "b,other,a\r\n1,x,2\r\n3.5,y,-4e-3", {"a", "b"}),
             (std::vector<std::vector<double>>{{2.0, 1.0}, {-4e-3, 3.5}}));
   const auto refusal = [](const std::string& text) {
     try {
-      ReadVariationTable("t.csv", text, {"a"});
+      ReadNumberTable("t.csv", text, {"a"});
     } catch (const std::invalid_argument& e) {
       return std::string(e.what());
     }

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "coordinator/run_directory/csv_text.h"
+#include "sim/scenarios/csv_text.h"
 
 namespace knap {
 namespace {

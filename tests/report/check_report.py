@@ -44,7 +44,7 @@ class Checks:
         x, y = self.ask(f"test.middle({selector_or_expression})")
         self.browser.click(x, y)
 
-    def open(self, width=1400, height=1000):
+    def open(self, width=1000, height=700):
         self.browser.resize(width, height)
         self.browser.open(self.page.as_uri())
         self.browser.evaluate(TOOLS)
@@ -126,7 +126,7 @@ class Checks:
             .map((node) => node.outerHTML.slice(0, 60)).slice(0, 5)""")
         width = self.ask("document.documentElement.scrollWidth")
         self.expect(width <= 420, f"is {width} pixels wide in a window of 420: {wide}")
-        self.browser.resize(1400, 1000)
+        self.browser.resize(1000, 700)
         self.ask("test.frames(6)")
 
     # --- The replay ------------------------------------------------------------------------------------------------

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <functional>
+#include <stdexcept>
 #include <vector>
 
 namespace knap {
@@ -119,6 +120,61 @@ TEST(Pieces, GoWhereTheySayAndRestThere) {
   // Between the ramps the speed is constant: of 2 s, 0.5 s at either end count half.
   EXPECT_LT((CalcPieces(pieces, 2.0).X_FB.R * CalcPieces(pieces, 2.0).V.head<3>() - pieces[1].turn / 1.5).norm(),
             1e-13);
+}
+
+// Through its points, level at its ends, without jumps of the acceleration, and the least bent of all such curves: a
+// bump of any height that is level at the ends and leaves the points alone bends it more.
+TEST(CubicSpline, PassesThroughItsPointsSmoothly) {
+  const std::vector<double> times{0.1, 0.3, 0.45, 1.0, 1.2};
+  const std::vector<double> values{1.0, -0.5, 0.7, 0.7, 2.0};
+  const CubicSpline spline(times, values);
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    EXPECT_NEAR(spline.Calc(times[i]).x, values[i], 1e-15);
+    if (i == 0 || i + 1 == times.size()) continue;
+    const CubicSpline::Value before = spline.Calc(times[i] - 1e-9), after = spline.Calc(times[i] + 1e-9);
+    EXPECT_NEAR(before.rate, after.rate, 1e-6);
+    EXPECT_NEAR(before.acceleration, after.acceleration, 1e-4);
+  }
+  EXPECT_NEAR(spline.Calc(0.1 + 1e-9).rate, 0.0, 1e-6);
+  EXPECT_NEAR(spline.Calc(1.2 - 1e-9).rate, 0.0, 1e-6);
+  EXPECT_EQ(spline.Calc(-3.0).x, 1.0);
+  EXPECT_EQ(spline.Calc(9.0).x, 2.0);
+  EXPECT_EQ(spline.Calc(9.0).rate, 0.0);
+  const double h = 1e-6;
+  for (int i = 1; i < 100; ++i) {
+    const double t = 0.1 + 0.011 * i + 1e-4;
+    const CubicSpline::Value at = spline.Calc(t), low = spline.Calc(t - h), high = spline.Calc(t + h);
+    EXPECT_NEAR(at.rate, (high.x - low.x) / (2.0 * h), 1e-6);
+    EXPECT_NEAR(at.acceleration, (high.rate - low.rate) / (2.0 * h), 1e-4);
+    EXPECT_NEAR(at.jerk, (high.acceleration - low.acceleration) / (2.0 * h), 1e-1);
+  }
+  double bending = 0.0, bumped = 0.0;
+  for (int i = 0; i < 20000; ++i) {
+    const double t = 0.1 + 1.1 * (i + 0.5) / 20000;
+    // x = sin²(pi s) with s whole at the points 0.45 and 1.0, level there; elsewhere nothing.
+    const double s = (t - 0.45) / 0.55;
+    constexpr double kPi = 3.141592653589793;
+    const double bump = s > 0.0 && s < 1.0 ? 2.0 * (kPi / 0.55) * (kPi / 0.55) * std::cos(2.0 * kPi * s) : 0.0;
+    const double a = spline.Calc(t).acceleration;
+    bending += a * a;
+    for (const double height : {0.1, -0.1}) bumped += 0.5 * (a + height * bump) * (a + height * bump);
+  }
+  EXPECT_LT(bending, bumped);
+  EXPECT_THROW(CubicSpline({0.0}, {1.0}), std::invalid_argument);
+  EXPECT_THROW(CubicSpline({0.0, 0.0}, {1.0, 2.0}), std::invalid_argument);
+}
+
+TEST(Compose, RatesEqualDifferences) {
+  const CubicSpline a({0.0, 0.4, 1.0}, {0.0, 0.9, -0.4});
+  const CubicSpline b({0.0, 0.5, 1.0}, {0.3, -0.7, 1.1});
+  const CubicSpline c({0.0, 0.6, 1.0}, {-0.2, 0.1, 0.5});
+  const auto motion = [&](double t) {
+    PrescribedState state = CalcTurn(Vector3d(1.0, 2.0, 2.0) / 3.0, a.Calc(t));
+    state = Compose(state, CalcShift(Vector3d(0.6, 0.0, 0.8), b.Calc(t)));
+    state = Compose(state, CalcTurn(Vector3d::UnitY(), c.Calc(t)));
+    return Compose(state, CalcTurn(Vector3d::UnitZ(), b.Calc(t)));
+  };
+  for (int i = 1; i < 20; ++i) CheckRates(motion, 0.05 * i + 0.013, 2e-7);
 }
 
 }  // namespace

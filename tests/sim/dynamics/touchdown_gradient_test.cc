@@ -265,15 +265,15 @@ TEST(Touchdown, FollowingNodesEqualDifferencesOverNodesThatMove) {
     const double s = 1e-7;
     const VectorXd d = VectorXd::Unit(6, i) * s;
     // Found here by as many runs as there are touchdowns, and by the simulator on its way.
-    const double by_simulator = Throw::Weigh(at.Run(1e3 * d, &following));
-    EXPECT_NEAR(by_simulator, at.RunMoved(1e3 * d, base, windows), 1e-11) << i;
-    moved_by = std::max(moved_by, std::abs(by_simulator - Throw::Weigh(at.Run(1e3 * d, &nodes))));
+    const double by_simulator = Throw::Weigh(at.Run(10.0 * d, &following));
+    EXPECT_NEAR(by_simulator, at.RunMoved(10.0 * d, base, windows), 1e-11) << i;
+    moved_by = std::max(moved_by, std::abs(by_simulator - Throw::Weigh(at.Run(10.0 * d, &nodes))));
     const double moved = (at.RunMoved(d, base, windows) - at.RunMoved(-d, base, windows)) / (2.0 * s);
     EXPECT_NEAR(predicted(i), moved, 2e-5 * predicted.norm()) << i;
     const double still = (Throw::Weigh(at.Run(d, &nodes)) - Throw::Weigh(at.Run(-d, &nodes))) / (2.0 * s);
     EXPECT_NEAR(at_rest(i), still, 2e-5 * at_rest.norm()) << i;
   }
-  EXPECT_GT(moved_by, 1e-6);
+  EXPECT_GT(moved_by, 1e-8);
 }
 
 // The vertices of a mesh that no design shapes have no cotangents, and the contact has no place for any.

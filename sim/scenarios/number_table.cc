@@ -1,4 +1,4 @@
-#include "coordinator/cli/variation_table.h"
+#include "sim/scenarios/number_table.h"
 
 #include <fmt/format.h>
 
@@ -6,13 +6,12 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "coordinator/run_directory/csv_text.h"
-#include "lcmtypes/wire/text.h"
+#include "sim/scenarios/csv_text.h"
 
 namespace knap {
 
-std::vector<std::vector<double>> ReadVariationTable(const std::string& file, const std::string& text,
-                                                    const std::vector<std::string>& keys) {
+std::vector<std::vector<double>> ReadNumberTable(const std::string& file, const std::string& text,
+                                                 const std::vector<std::string>& columns) {
   const auto refuse = [&file](std::size_t line, const std::string& message) {
     throw std::invalid_argument(fmt::format("{}:{}: {}", file, line, message));
   };
@@ -20,17 +19,17 @@ std::vector<std::vector<double>> ReadVariationTable(const std::string& file, con
   lines.erase(std::remove(lines.begin(), lines.end(), '\r'), lines.end());
   if (!lines.ends_with('\n')) lines += '\n';
   const CsvTable table(lines);
-  for (const std::string& key : keys) {
-    if (!table.Has(key)) refuse(1, fmt::format("no column '{}'", key));
+  for (const std::string& column : columns) {
+    if (!table.Has(column)) refuse(1, fmt::format("no column '{}'", column));
   }
   if (table.size() == 0) refuse(1, "no row follows the names of the columns");
   std::vector<std::vector<double>> rows;
   for (std::size_t i = 0; i < table.size(); ++i) {
     std::vector<double>& row = rows.emplace_back();
-    for (const std::string& key : keys) {
-      row.push_back(table.GetNumber(i, key));
+    for (const std::string& column : columns) {
+      row.push_back(table.GetNumber(i, column));
       if (std::isfinite(row.back())) continue;
-      refuse(i + 2, fmt::format("column '{}': value '{}': expected a number", key, CleanText(table.Get(i, key))));
+      refuse(i + 2, fmt::format("column '{}': value '{}': expected a number", column, table.Get(i, column)));
     }
   }
   return rows;
