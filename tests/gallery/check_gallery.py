@@ -47,12 +47,22 @@ def presses_the_button(rows):
 TASKS = {
     "sweep": (sweeps_into_the_disc, 4, "left_tip=32 mm,left_middle=16 mm,right_middle=16 mm,right_tip=32 mm"),
     "rake": (gathers_three_balls, 4, "left_tip=34 mm,left_middle=4 mm,right_middle=4 mm,right_tip=34 mm"),
+    "arm_sweep": (sweeps_into_the_disc, 2, "left_tip=32 mm,left_middle=16 mm,right_middle=16 mm,right_tip=32 mm"),
     "button": (presses_the_button, 0, "length=54.5 mm"),
 }
 
 
+def imports_the_same_arm(knap, gallery):
+    """The arm beside arm_sweep.yaml is what `knap import` makes of its URDF, to the byte."""
+    robots = (gallery / "robots").resolve()
+    with tempfile.TemporaryDirectory() as folder:
+        command = [knap, "import", str(robots / "seven_joints.urdf"), "--follow", "sweep_path.csv"]
+        subprocess.run(command, cwd=folder, check=True, stdout=subprocess.DEVNULL)
+        return (pathlib.Path(folder) / "seven_joints.yaml").read_text() == (robots / "seven_joints.yaml").read_text()
+
+
 def main():
-    knap, gallery = sys.argv[1], pathlib.Path(sys.argv[2])
+    knap, gallery = str(pathlib.Path(sys.argv[1]).resolve()), pathlib.Path(sys.argv[2])
     wrong = 0
     with tempfile.TemporaryDirectory() as folder:
         file = pathlib.Path(folder) / "motion.csv"
@@ -74,6 +84,9 @@ def main():
             if not all(successes[learned]) or all(successes["initial"]):
                 print(f"{task}: the learned design is to succeed, and the initial one to fail at times")
                 wrong += 1
+    if not imports_the_same_arm(knap, gallery):
+        print("robots/seven_joints.yaml is not what `knap import` makes of seven_joints.urdf")
+        wrong += 1
     sys.exit(wrong > 0)
 
 
