@@ -21,10 +21,10 @@
 #include "coordinator/cli/theta_choice.h"
 #include "coordinator/learning/batch_objective.h"
 #include "coordinator/learning/evaluation.h"
-#include "sim/scenarios/csv_text.h"
 #include "coordinator/run_directory/durable_file.h"
 #include "coordinator/run_directory/json_text.h"
 #include "lcmtypes/program/standard_streams.h"
+#include "sim/scenarios/csv_text.h"
 
 namespace knap {
 namespace {

@@ -36,12 +36,8 @@ std::optional<fs::path> FindMesh(const fs::path& urdf, const std::string& uri) {
   };
   const std::string package = "package://";
   const std::string file = "file://";
-  if (uri.starts_with(file)) {
-    const fs::path path = uri.substr(file.size());
-    return is_file(path) ? std::optional(path) : std::nullopt;
-  }
   if (!uri.starts_with(package)) {
-    const fs::path path = folder / uri;
+    const fs::path path = uri.starts_with(file) ? fs::path(uri.substr(file.size())) : folder / uri;
     return is_file(path) ? std::optional(path) : std::nullopt;
   }
   const fs::path within = uri.substr(package.size());
@@ -100,15 +96,13 @@ int RunImport(const ImportFlags& flags) {
 
 void AddImportCommand(CLI::App* app, std::function<int()>* command) {
   const auto flags = std::make_shared<ImportFlags>();
-  CLI::App* import = app->add_subcommand("import", "Turns a robot in URDF into a file that scenarios include");
-  import->add_option("urdf", flags->urdf, "the robot")->required();
-  import->add_option("--out", flags->out, "file to write, its meshes beside it (default: the robot's name, .yaml)");
-  import->add_option("--follow", flags->follow,
-                     "CSV file beside it with a column for each joint: joints follow these instead of being free");
-  import->callback([flags, command] { *command = [flags] { return RunImport(*flags);
-};
-}  // namespace knap
-);
+  // `import` itself is a word of the language's, which formatters stumble over.
+  CLI::App* subcommand = app->add_subcommand("import", "Turns a robot in URDF into a file that scenarios include");
+  subcommand->add_option("urdf", flags->urdf, "the robot")->required();
+  subcommand->add_option("--out", flags->out, "file to write, its meshes beside it (default: the robot's name, .yaml)");
+  subcommand->add_option("--follow", flags->follow,
+                         "CSV file beside it with a column for each joint: joints follow these instead of being free");
+  subcommand->callback([flags, command] { *command = [flags] { return RunImport(*flags); }; });
 }
 
 }  // namespace knap

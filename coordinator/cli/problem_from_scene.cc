@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "coordinator/cli/initial_weights.h"
-#include "sim/scenarios/number_table.h"
 #include "sim/math/overloaded.h"
 #include "sim/rollout/build_policy.h"
 #include "sim/rollout/control_commands.h"
 #include "sim/scenarios/apply_variation.h"
+#include "sim/scenarios/number_table.h"
 
 namespace knap {
 namespace {

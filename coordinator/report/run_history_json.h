@@ -3,8 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "sim/scenarios/csv_text.h"
 #include "coordinator/run_directory/run_directory.h"
+#include "sim/scenarios/csv_text.h"
 
 namespace knap {
 

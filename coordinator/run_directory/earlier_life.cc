@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "sim/scenarios/csv_text.h"
 #include "coordinator/run_directory/durable_file.h"
+#include "sim/scenarios/csv_text.h"
 
 namespace knap {
 namespace {

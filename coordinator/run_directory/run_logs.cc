@@ -7,8 +7,8 @@
 #include <cmath>
 #include <cstddef>
 
-#include "sim/scenarios/csv_text.h"
 #include "coordinator/run_directory/json_text.h"
+#include "sim/scenarios/csv_text.h"
 
 namespace knap {
 namespace {

@@ -133,7 +133,7 @@ TEST(ProblemFromSceneTest, MostRolloutsCountsEveryEvaluationOfEveryBatch) {
   EXPECT_EQ(CalcMostRollouts(options), 3 * 10 * 5);
 }
 
-TEST(VariationTableTest, ReadsColumnsByName) {
+TEST(NumberTableTest, ReadsColumnsByName) {
   EXPECT_EQ(ReadNumberTable("t.csv", "b,other,a\r\n1,x,2\r\n3.5,y,-4e-3", {"a", "b"}),
             (std::vector<std::vector<double>>{{2.0, 1.0}, {-4e-3, 3.5}}));
   const auto refusal = [](const std::string& text) {

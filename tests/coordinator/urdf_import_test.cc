@@ -1,5 +1,6 @@
 // Robots in URDF, imported, included in a scenario and built, against an independent reader of the same files (KDL):
-// masses, inertias, limits and forward kinematics. And what knap cannot take is refused or told by name.
+// masses, inertias and forward kinematics; limits against the numbers in the files. And what knap cannot take is
+// refused or told by name.
 #include "coordinator/import/urdf_import.h"
 
 #include <gmock/gmock.h>
@@ -74,7 +75,6 @@ TEST_P(UrdfArm, EqualsWhatKdlReads) {
   std::uniform_real_distribution<double> angle(-3.0, 3.0);
   VectorXd q = model.q0;
   KDL::JntArray q_kdl(kdl.getNrOfJoints());
-  std::map<std::string, int> coordinate;  // by the body
   for (const auto& [name, element] : kdl.getSegments()) {
     const KDL::Joint& joint = GetTreeElementSegment(element).getJoint();
     if (joint.getType() == KDL::Joint::None) continue;
