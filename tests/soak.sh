@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # tests/soak.sh [N [ctest args…]]
 #
-# Builds, and runs the whole suite N times (5) beside two busy loops a core: no test's outcome may hang on how fast the
-# machine is. Prints a line a run and a final figure. What a failed run printed is kept in build/soak/; exits with 1 if
-# there is one. The arguments choose tests as those of test.sh do.
+# Builds, and runs the whole suite N times (5), three tests a core at a time, beside two busy loops a core: no test's
+# outcome may hang on how fast the machine is. Prints a line a run and a final figure. What a failed run printed is kept
+# in build/soak/; exits with 1 if there is one. The arguments choose tests as those of test.sh do.
 set -euo pipefail
 # shellcheck source=cmake/setup.sh
 source "$(dirname -- "${BASH_SOURCE[0]}")/../cmake/setup.sh"
@@ -33,7 +33,7 @@ for ((i = 0; i < 2 * $(nproc); ++i)); do
   loops+=($!)
 done
 
-run=(ctest --preset release --no-tests=error --parallel "$(nproc)" "$@")
+run=(ctest --preset release --no-tests=error --parallel $((3 * $(nproc))) "$@")
 if has_private_network; then
   run=(in_private_network "${run[@]}")
 elif ! has_multicast_route; then
