@@ -39,12 +39,12 @@ class CommandSignalFunction final : public SignalFunction {
   int row_;
 };
 
-class ContactSignalFunction final : public SignalFunction {
+class ForceSignalFunction final : public SignalFunction {
  public:
-  explicit ContactSignalFunction(int series) : series_(series) {}
-  double Calc(const Moment& at) const override { return at.track->GetContact(series_, at.state); }
+  explicit ForceSignalFunction(int series) : series_(series) {}
+  double Calc(const Moment& at) const override { return at.track->GetForce(series_, at.state); }
   void PullBack(const Moment&, double, SignalCotangents*) const override {
-    KNAP_CHECK(false, "the derivative of a contact's signal {} was asked for", series_);
+    KNAP_CHECK(false, "the derivative of a contact's force {} was asked for", series_);
   }
 
  private:
@@ -58,8 +58,6 @@ std::unique_ptr<SignalFunction> MakeConstantSignal(double value) {
   return std::make_unique<ConstantSignalFunction>(value);
 }
 std::unique_ptr<SignalFunction> MakeCommandSignal(int row) { return std::make_unique<CommandSignalFunction>(row); }
-std::unique_ptr<SignalFunction> MakeContactSignal(int series) {
-  return std::make_unique<ContactSignalFunction>(series);
-}
+std::unique_ptr<SignalFunction> MakeForceSignal(int series) { return std::make_unique<ForceSignalFunction>(series); }
 
 }  // namespace knap

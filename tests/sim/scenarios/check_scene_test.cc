@@ -119,14 +119,13 @@ const SceneErrorCase kContradictions[] = {
     {"TargetOfAnotherUnit", "signal: goal}, shape", "signal: @clock}, shape",
      "loss.task[5].target.signal: value 'clock': 'clock' is in s and 'pea_x' in m; they must have one unit"},
     {"LossOfAForce", "- {signals: [slider_command], when", "- {signals: [@rope_force], when",
-     "loss.task[2].signals[0]: value 'rope_force': 'rope_force' is of a contact, and that has no derivative yet: it "
-     "may "
+     "loss.task[2].signals[0]: value 'rope_force': 'rope_force' is of a force, and that has no derivative yet: it may "
      "stand in success alone"},
-    {"TargetOfAContact", "signal: goal}, shape", "signal: @rope_depth}, shape",
-     "loss.task[5].target.signal: value 'rope_depth': 'rope_depth' is of a contact, and that has no derivative yet: it "
+    {"TargetOfAForce", "signal: goal}, shape", "signal: @rope_force}, shape",
+     "loss.task[5].target.signal: value 'rope_force': 'rope_force' is of a force, and that has no derivative yet: it "
      "may stand in success alone"},
-    {"CrossingOfAContact", "signal: pea_y, at: 370 mm, never", "signal: @rope_depth, at: 370 mm, never",
-     "loss.task[0].when.signal: value 'rope_depth': 'rope_depth' is of a contact, and that has no derivative yet: it "
+    {"CrossingOfAForce", "signal: pea_y, at: 370 mm, never", "signal: @rope_force, at: 370 mm, never",
+     "loss.task[0].when.signal: value 'rope_force': 'rope_force' is of a force, and that has no derivative yet: it "
      "may "
      "stand in success alone"},
     {"ReferenceInATask", "target: {type: signal, signal: goal}, shape", "target: {type: @reference}, shape",
