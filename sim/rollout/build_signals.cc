@@ -75,8 +75,9 @@ class SignalSet::Builder {
 
   Pointer Make(const DepthSignal& s) const { return MakeDepthSignal(model_.contacts, ListContacts(s.bodies)); }
   Pointer Make(const ForceSignal& s) {
-    out_->forces_.push_back({ListContacts(s.bodies)});
-    return MakeForceSignal(static_cast<int>(out_->forces_.size()) - 1);
+    const std::vector<int> contacts = ListContacts(s.bodies);
+    out_->forces_.push_back({contacts});
+    return MakeForceSignal(static_cast<int>(out_->forces_.size()) - 1, contacts);
   }
   Pointer Make(const CommandSignal& s) const { return MakeCommandSignal(FindCommandRow(moved_, s.actuator)); }
   Pointer Make(const TimeSignal&) const { return MakeTimeSignal(); }

@@ -11,8 +11,8 @@
 
 namespace knap {
 
-// What the signal of a contact's force sees: the size of the sum of the forces of these of the model's contacts [N],
-// recorded while they are simulated.
+// What the signal of a contact's force sees: the sum of the forces of these of the model's contacts, recorded while
+// they are simulated.
 struct ForceSeries {
   std::vector<int> contacts;
 };

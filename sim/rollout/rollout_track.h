@@ -14,7 +14,7 @@ namespace knap {
 // Forces of contacts, at the start and after every accepted step.
 struct ForceRecord {
   std::vector<double> time;
-  std::vector<std::vector<double>> values;  // of each of SignalSet::forces() [N]
+  std::vector<std::vector<Eigen::Vector3d>> f_W;  // of each of SignalSet::forces(): on the contacts' first body [N]
 };
 void AddToRecord(double time, const std::vector<ForceSeries>& series, const ContactModel& contacts,
                  ForceRecord* record);
@@ -37,10 +37,12 @@ class RolloutTrack final : public Track {
   const std::vector<Pose>& GetPoses(int k) const override { return poses_.at(k); }
   Eigen::Index FindInterval(int k) const override;
   double GetCommand(int row, Eigen::Index interval) const override { return commands_(row, interval); }
-  double GetForce(int series, int k) const override;
+  int FindForce(int k) const override;
+  const Eigen::Vector3d& GetForce(int series, int k) const override;
 
  private:
   void Look(int k);
+  std::size_t FindRecord(int k) const;
 
   const Trajectory& trajectory_;
   Dynamics* dynamics_;

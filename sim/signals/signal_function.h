@@ -24,7 +24,9 @@ class Track {
   // The interval whose commands act in the step that leads to state k.
   virtual Eigen::Index FindInterval(int k) const = 0;
   virtual double GetCommand(int row, Eigen::Index interval) const = 0;  // −1 … 1, rows as in RolloutCommands
-  virtual double GetForce(int series, int k) const = 0;                 // of what was recorded (build_signals.h) [N]
+  // Of what was recorded (build_signals.h): the state at or before k that has a force of its own, and that force [N].
+  virtual int FindForce(int k) const = 0;
+  virtual const Eigen::Vector3d& GetForce(int series, int k) const = 0;
 };
 
 struct Moment {

@@ -280,7 +280,7 @@ TEST(EveryKind, OfSignalIsAmongThem) {
   std::set<std::size_t> kinds;
   const RolloutModel model = MakeArm("");
   for (const Signal& signal : model.scene().signals) kinds.insert(signal.kind.index());
-  // All but a contact's force, which has no derivative.
+  // All but a contact's force: force_signal_test.cc.
   EXPECT_EQ(kinds.size(), std::variant_size_v<SignalKind> - 1);
 }
 
