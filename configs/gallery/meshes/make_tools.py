@@ -4,8 +4,11 @@
 blade: a bar, x -50..50, 10 thick, z 0..20, whose front face is a little hollow: at y = 0 in the middle, 3 and 10 ahead
 halfway and at the tips. rake: the same, but straight. Their cages are cut at five stations along x: left tip, left
 middle, centre, right middle, right tip. finger: a bar 8 x 8 that hangs from the origin down to z = -40,
-with a cage cut at its ends. Station s has cage vertices 4s..4s+3 (from 0).
+with a cage cut at its ends. Station s has cage vertices 4s..4s+3 (from 0). funnel: a flat ring around z, 12 to 60 from
+the axis, 5 thick; its cage has eight columns around, from +x counter-clockwise, of vertices 6c..6c+5: inner, middle and
+outer, below and above.
 """
+import math
 import pathlib
 import sys
 
@@ -50,7 +53,34 @@ def write_finger():
     write_obj(__file__, "finger_cage.obj", "Cage of the finger", turn(vertices), triangles)
 
 
+def make_ring(section, around):
+    """What a closed section, counter-clockwise in (radius, z), sweeps around z: vertices column by column."""
+    count = len(section)
+    vertices = []
+    for c in range(around):
+        angle = 2 * math.pi * c / around
+        vertices += [(r * math.cos(angle), r * math.sin(angle), z) for r, z in section]
+    triangles = []
+    for c in range(around):
+        here, there = c * count, (c + 1) % around * count
+        for i in range(count):
+            j = (i + 1) % count
+            triangles += [(here + i, here + j, there + j), (here + i, there + j, there + i)]
+    return [(x, y, z) for x, y, z in vertices], [(a, c, b) for a, b, c in triangles]
+
+
+def write_funnel():
+    def section(radii, low, high):
+        return [(r, low) for r in radii] + [(r, high) for r in reversed(radii)]
+
+    vertices, triangles = make_ring(section([12, 28, 44, 60], -5, 0), 24)
+    write_obj(__file__, "funnel.obj", "Funnel, a flat ring", vertices, triangles)
+    vertices, triangles = make_ring(section([12 - MARGIN, 36, 60 + 6 * MARGIN], -5 - MARGIN, MARGIN), 8)
+    write_obj(__file__, "funnel_cage.obj", "Cage of the funnel", vertices, triangles)
+
+
 if __name__ == "__main__":
     write_bar("blade", hollow)
     write_bar("rake", list)
     write_finger()
+    write_funnel()
