@@ -6,7 +6,8 @@ halfway and at the tips. rake: the same, but straight. Their cages are cut at fi
 middle, centre, right middle, right tip. finger: a bar 8 x 8 that hangs from the origin down to z = -40,
 with a cage cut at its ends. Station s has cage vertices 4s..4s+3 (from 0). funnel: a flat ring around z, 12 to 60 from
 the axis, 5 thick; its cage has eight columns around, from +x counter-clockwise, of vertices 6c..6c+5: inner, middle and
-outer, below and above.
+outer, below and above. dustpan: a floor, x -16..16, y -36..0, that rises from a lip at y = 0, 1.2 high, to 6 at y = -28,
+and a back behind it, 12 high; its cage is cut at y = -36, -34, -28, -14 and 0.
 """
 import math
 import pathlib
@@ -79,8 +80,31 @@ def write_funnel():
     write_obj(__file__, "funnel_cage.obj", "Cage of the funnel", vertices, triangles)
 
 
+def write_dustpan():
+    heights = [(-37, 12), (-34, 12), (-28, 6), (0, 1.2), (1, 1.2)]
+
+    def height(y):
+        i = next(i for i in range(1, len(heights)) if y <= heights[i][0])
+        (y0, z0), (y1, z1) = heights[i - 1], heights[i]
+        return z0 + (z1 - z0) * (y - y0) / (y1 - y0)
+
+    def shape(vertices, below=0, above=0):
+        """z is the share of the height at y."""
+        return [(x, y, z * height(y) - below * (1 - z) + above * z) for y, x, z in vertices]
+
+    def turn_over(triangles):
+        return [(a, c, b) for a, b, c in triangles]
+
+    ys = spread_between([-36, -34, -28, 0], [1, 1, 4])
+    vertices, triangles = make_box(ys, spread(-16, 16, 2), [0, 1])
+    write_obj(__file__, "dustpan.obj", "Dustpan", shape(vertices), turn_over(triangles))
+    vertices, triangles = make_box([-37, -34, -28, -14, 1], [-17, 17], [0, 1])
+    write_obj(__file__, "dustpan_cage.obj", "Cage of the dustpan", shape(vertices, MARGIN, MARGIN), turn_over(triangles))
+
+
 if __name__ == "__main__":
     write_bar("blade", hollow)
     write_bar("rake", list)
     write_finger()
     write_funnel()
+    write_dustpan()
