@@ -8,6 +8,7 @@ with a cage cut at its ends. Station s has cage vertices 4s..4s+3 (from 0). funn
 the axis, 5 thick; its cage has eight columns around, from +x counter-clockwise, of vertices 6c..6c+5: inner, middle and
 outer, below and above. dustpan: a floor, x -16..16, y -36..0, that rises from a lip at y = 0, 1.2 high, to 6 at y = -28,
 and a back behind it, 12 high; its cage is cut at y = -36, -34, -28, -14 and 0.
+hook: a bar 6 x 6 along y, -60..20, with a cage cut at its ends, at -20 and at 0. ring: what it lifts, around z.
 """
 import math
 import pathlib
@@ -102,9 +103,30 @@ def write_dustpan():
     write_obj(__file__, "dustpan_cage.obj", "Cage of the dustpan", shape(vertices, MARGIN, MARGIN), turn_over(triangles))
 
 
+def write_hook():
+    def turn_along(vertices):
+        """x becomes y, and y becomes -x."""
+        return [(-y, x, z) for x, y, z in vertices]
+
+    xs = spread_between([-60, -20, 0, 20], [2, 2, 3])
+    vertices, triangles = make_box(xs, [-3, 0, 3], [-3, 0, 3])
+    write_obj(__file__, "hook.obj", "Hook, a straight bar", turn_along(vertices), triangles)
+    vertices, triangles = make_box([-60 - MARGIN, -20, 0, 20 + MARGIN], [-3 - MARGIN, 3 + MARGIN],
+                                   [-3 - MARGIN, 3 + MARGIN])
+    write_obj(__file__, "hook_cage.obj", "Cage of the hook", turn_along(vertices), triangles)
+
+
+def write_torus():
+    tube = [(18 + 4 * math.cos(math.pi * i / 4), 4 * math.sin(math.pi * i / 4)) for i in range(8)]
+    vertices, triangles = make_ring(tube, 12)
+    write_obj(__file__, "ring.obj", "A ring, 18 from its axis, of a tube 4 in radius", vertices, triangles)
+
+
 if __name__ == "__main__":
     write_bar("blade", hollow)
     write_bar("rake", list)
     write_finger()
     write_funnel()
     write_dustpan()
+    write_hook()
+    write_torus()
