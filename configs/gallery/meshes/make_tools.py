@@ -6,8 +6,8 @@ halfway and at the tips. rake: the same, but straight. Their cages are cut at fi
 middle, centre, right middle, right tip. finger: a bar 8 x 8 that hangs from the origin down to z = -40,
 with a cage cut at its ends. Station s has cage vertices 4s..4s+3 (from 0). funnel: a flat ring around z, 12 to 60 from
 the axis, 5 thick; its cage has eight columns around, from +x counter-clockwise, of vertices 6c..6c+5: inner, middle and
-outer, below and above. dustpan: a floor, x -16..16, y -36..0, that rises from a lip at y = 0, 1.2 high, to 6 at y = -28,
-and a back behind it, 12 high; its cage is cut at y = -36, -34, -28, -14 and 0.
+outer, below and above. dustpan: a floor, x -16..16, y -36..0, that rises from a lip at y = 0, 1.2 high, to 6 at
+y = -28, and a back behind it, 12 high; its cage is cut at y = -36, -34, -28, -14 and 0.
 hook: a bar 6 x 6 along y, -60..20, with a cage cut at its ends, at -20 and at 0. ring: what it lifts, around z.
 """
 import math
@@ -100,7 +100,8 @@ def write_dustpan():
     vertices, triangles = make_box(ys, spread(-16, 16, 2), [0, 1])
     write_obj(__file__, "dustpan.obj", "Dustpan", shape(vertices), turn_over(triangles))
     vertices, triangles = make_box([-37, -34, -28, -14, 1], [-17, 17], [0, 1])
-    write_obj(__file__, "dustpan_cage.obj", "Cage of the dustpan", shape(vertices, MARGIN, MARGIN), turn_over(triangles))
+    cage = shape(vertices, MARGIN, MARGIN)
+    write_obj(__file__, "dustpan_cage.obj", "Cage of the dustpan", cage, turn_over(triangles))
 
 
 def write_hook():
