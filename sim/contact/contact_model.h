@@ -82,8 +82,10 @@ class ContactModel {
   Cotangents MakeCotangents(int num_bodies) const;
 
   // The two of one step, in this order, after AddDerivatives.
-  // Under Σ bar_bristles · bristles(): bodies and previous; vertices are left to PullBackWrenches.
-  void PullBackBristles(const std::vector<Bristle>& bar_bristles, Cotangents* out);
+  // Under Σ bar_bristles · bristles() + Σ_i bar_forces[i] · reports()[i].f_W: bodies and previous; vertices are left to
+  // PullBackWrenches. Without `bar_forces` there are none.
+  void PullBackOutcome(const std::vector<Bristle>& bar_bristles, const std::vector<Eigen::Vector3d>& bar_forces,
+                       const Dynamics& dynamics, Cotangents* out);
   // Under Σ_i bar_wrench[i] · F_i: previous, vertices and grips (the bodies' part is in the dynamics' own pull-back).
   void PullBackWrenches(const std::vector<Vector6d>& bar_wrench, const Dynamics& dynamics, Cotangents* out);
 

@@ -1,7 +1,11 @@
+#include <Eigen/Geometry>
+
 #include "sim/contact/contact_model.h"
 #include "sim/math/check.h"
 
 namespace knap {
+
+using Eigen::Vector3d;
 
 ContactModel::Cotangents ContactModel::MakeCotangents(int num_bodies) const {
   Cotangents out;
@@ -26,22 +30,28 @@ Vector6d ContactModel::PullBackTouch(const Vector6d& bar_F, const Bristle& bar_b
   return bar_nu;
 }
 
-void ContactModel::PullBackBristles(const std::vector<Bristle>& bar_bristles, Cotangents* out) {
+void ContactModel::PullBackOutcome(const std::vector<Bristle>& bar_bristles, const std::vector<Vector3d>& bar_forces,
+                                   const Dynamics& dynamics, Cotangents* out) {
   KNAP_CHECK(bar_bristles.size() == bristles_.z.size(), "{} cotangents of {} bristles", bar_bristles.size(),
              bristles_.z.size());
   std::size_t next = 0;
   for (std::size_t s = 0; s < sides_.size(); ++s) {
     const ContactSide& side = sides_[s];
     SideState& state = states_[s];
-    if (!(contacts_[side.pair].material.stick_distance > 0.0)) continue;
+    const bool has_bristle = contacts_[side.pair].material.stick_distance > 0.0;
+    const Vector3d bar_f_W = bar_forces.empty() ? Vector3d(Vector3d::Zero()) : bar_forces[side.pair];
+    if (state.num_touches == 0 || !(has_bristle || !bar_f_W.isZero(0.0))) continue;
+    // f_W = ±R_WS F, F the force on B.
+    const double sign = contacts_[side.pair].bodies[0] == side.body ? 1.0 : -1.0;
+    Vector6d bar_F = Vector6d::Zero();
+    bar_F.tail<3>() = sign * (dynamics.kinematics()[side.field_body].X_WB.R.transpose() * bar_f_W);
     Vector6d bar_e = Vector6d::Zero();
     Vector6d bar_nu = Vector6d::Zero();
     for (int k = 0; k < state.num_touches; ++k) {
       Touch& touch = state.touches[k];
-      bar_nu += PullBackTouch(Vector6d::Zero(), bar_bristles[next++], &touch, out);
+      bar_nu += PullBackTouch(bar_F, has_bristle ? bar_bristles[next++] : Bristle(Bristle::Zero()), &touch, out);
       bar_e += state.at.jacobians[touch.cell].transpose() * touch.bar.Pack();
     }
-    if (state.num_touches == 0) continue;
     const Pose X_BS = state.wrench.motion().X_BS();
     bar_e += CrossForce(state.wrench.motion().V_B_S, bar_nu);
     BodyCotangent& B = out->bodies[side.body];
@@ -50,6 +60,7 @@ void ContactModel::PullBackBristles(const std::vector<Bristle>& bar_bristles, Co
     B.V += ShiftWrench(X_BS, bar_nu);
     S.eta -= bar_e;
     S.V -= bar_nu;
+    S.eta.head<3>() += Vector3d(state.wrench.F().tail<3>()).cross(Vector3d(bar_F.tail<3>()));
   }
 }
 

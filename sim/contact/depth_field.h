@@ -54,4 +54,8 @@ struct CylinderField {
 
 using DepthField = std::variant<PolyhedralField, RoundField, CylinderField>;
 
+// e(x), negative outside.
+double CalcDepth(const RoundField& field, const Eigen::Vector3d& x);
+double CalcDepth(const CylinderField& field, const Eigen::Vector3d& x);
+
 }  // namespace knap

@@ -114,7 +114,11 @@ void CutFacet(int number, const Facet& facet, const PolyhedralField& field, Face
     region.field.linear = true;
     region.first_wall = static_cast<int>(out->walls.size());
     for (int k = 0; k < polygon.size(); ++k) {
-      region.depth = std::max(region.depth, e0 + e.b * polygon.corner[k].x() + e.c * polygon.corner[k].y());
+      const double depth = e0 + e.b * polygon.corner[k].x() + e.c * polygon.corner[k].y();
+      if (depth > region.depth) {
+        region.depth = depth;
+        region.peak = polygon.corner[k];
+      }
       if (polygon.wall[k] < 0) continue;
       const Vector3d w = field.planes[polygon.wall[k]].n - field.planes[i].n;
       const double in_plane = std::hypot(w.dot(facet.frame.t), w.dot(facet.frame.m));
@@ -150,19 +154,6 @@ struct RoundCoordinates {
     return {c + h * plane.n, turn.x() * plane.t + turn.y() * plane.m, turn.x() * plane.m - turn.y() * plane.t, plane.n};
   }
 };
-
-// (r² − |P (x − c)|²)/(2 r) on a plane.
-FieldOnPlane MakeRoundField(const PlaneFrame& f, const Vector3d& c, const Matrix3d& P, double r) {
-  FieldOnPlane out;
-  const Vector3d off = P * (f.o - c);
-  const Vector3d Pt = P * f.t;
-  const Vector3d Pm = P * f.m;
-  out.e << r * r - off.squaredNorm(), -2.0 * off.dot(f.t), -2.0 * off.dot(f.m), -Pt.dot(f.t), -2.0 * Pt.dot(f.m),
-      -Pm.dot(f.m);
-  out.e /= 2.0 * r;
-  out.gradient << -off / r, -Pt / r, -Pm / r;
-  return out;
-}
 
 FacetRegion* AddRoundRegion(int number, const PlanarMoments& moments, const PlaneFrame& frame,
                             const FieldOnPlane& field, FacetRegions* out) {
@@ -217,13 +208,6 @@ void CutFacet(int number, const Facet& facet, const RoundField& field, FacetRegi
   Clip(half - along, -1, out);
   Clip(half - back, -1, out);
   CutRound(number, facet.frame, field.radius, field.axis, field.center, true, out);
-}
-
-double CalcDepth(const CylinderField& field, const Vector3d& x) {
-  const Vector3d d = x - field.center;
-  const double along = field.axis.dot(d);
-  const double across2 = d.squaredNorm() - along * along;
-  return std::min((field.radius * field.radius - across2) / (2.0 * field.radius), field.half_length - std::abs(along));
 }
 
 // e is concave on the facet: the largest of its values at the corners, at their middle and where the plane is nearest
@@ -327,6 +311,18 @@ Facet Move(const Pose& X, const Facet& facet) {
 int CountCells(const DepthField& field) {
   const auto* polyhedron = std::get_if<PolyhedralField>(&field);
   return polyhedron == nullptr ? 1 : static_cast<int>(polyhedron->planes.size());
+}
+
+FieldOnPlane MakeRoundField(const PlaneFrame& f, const Vector3d& c, const Matrix3d& P, double r) {
+  FieldOnPlane out;
+  const Vector3d off = P * (f.o - c);
+  const Vector3d Pt = P * f.t;
+  const Vector3d Pm = P * f.m;
+  out.e << r * r - off.squaredNorm(), -2.0 * off.dot(f.t), -2.0 * off.dot(f.m), -Pt.dot(f.t), -2.0 * Pt.dot(f.m),
+      -Pm.dot(f.m);
+  out.e /= 2.0 * r;
+  out.gradient << -off / r, -Pt / r, -Pm / r;
+  return out;
 }
 
 void CutFacet(int number, const Facet& facet, const DepthField& field, FacetRegions* out) {

@@ -52,6 +52,7 @@ struct FacetRegion {
   FieldOnPlane field;
   PlanarMoments moments;  // up to the third degree where the field is linear
   double depth = 0.0;     // the largest e, up to rounding on planes, estimated in round fields [m]
+  Eigen::Vector2d peak = Eigen::Vector2d::Zero();  // the place of that, a corner, where the field is linear
   int first_wall = 0;     // of FacetRegions::walls
   int num_walls = 0;
 };
@@ -107,6 +108,9 @@ struct FacetRegions {
     walls.clear();
   }
 };
+
+// (r² − |P (x − c)|²)/(2 r) on a plane.
+FieldOnPlane MakeRoundField(const PlaneFrame& plane, const Eigen::Vector3d& c, const Eigen::Matrix3d& P, double r);
 
 // A number for each cell of the field.
 int CountCells(const DepthField& field);

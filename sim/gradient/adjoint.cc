@@ -61,6 +61,7 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
   std::vector<StateCotangent> by_feedback;
   const auto add = [&](const StateCotangent& at) {
     if (at.body >= 0) AddStateCotangent(at, dynamics->kinematics()[at.body], &bodies[at.body]);
+    if (at.contact >= 0) pull.AddForce(at.contact, at.f_W);
     if (at.coordinate < 0) return;
     bars.pose(at.coordinate) += at.pose;
     bars.v(at.coordinate) += at.rate;
@@ -89,7 +90,10 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
       by_time += pull.AddBodies(&bodies, &bars);
     }
     rounding_squared += (kEps * kEps) * bars.pose.squaredNorm();
-    if (k == 0) break;
+    if (k == 0) {
+      pull.PullBackStart(&bars);
+      break;
+    }
     if (!pull.LoadSolve()) {
       out.solvable = false;
       break;

@@ -110,6 +110,27 @@ double SolvePullBack::AddBodies(std::vector<BodyCotangent>* bodies, StateBars* b
   return by_loss_.time;
 }
 
+void SolvePullBack::AddForce(int contact, const Vector3d& bar_f_W) {
+  bar_forces_.resize(contacts_->contacts().size(), Vector3d::Zero());
+  bar_forces_[static_cast<std::size_t>(contact)] += bar_f_W;
+}
+
+void SolvePullBack::PullBackStart(StateBars* bars) {
+  if (bar_forces_.empty()) return;
+  contacts_->BeginStep(0.0, {});
+  contacts_->AddWrenches(dynamics_);
+  contacts_->AddDerivatives(ContactDerivatives::kAll, dynamics_);
+  by_contact_.previous.clear();
+  for (BodyCotangent& b : by_contact_.bodies) b = BodyCotangent{};
+  contacts_->PullBackOutcome(std::vector<Bristle>(contacts_->bristles().z.size(), Bristle::Zero()), bar_forces_,
+                             *dynamics_, &by_contact_);
+  AddBodies(&by_contact_.bodies, bars);
+  // What is left of the pull-back: the vertices.
+  contacts_->PullBackWrenches(std::vector<Vector6d>(by_contact_.bodies.size(), Vector6d::Zero()), *dynamics_,
+                              &by_contact_);
+  bar_forces_.clear();
+}
+
 SolvePullBack::Result SolvePullBack::PullBack(StateBars* bars) {
   const Tree& tree = dynamics_->tree();
   const StepFormula& f = trajectory_.formula(k_);
@@ -122,9 +143,12 @@ SolvePullBack::Result SolvePullBack::PullBack(StateBars* bars) {
     bars->bristles.rate.resize(next_.bent.z.size(), Bristle::Zero());
     for (int i = 0; i < next_.bent.size(); ++i) out.by_step -= bars->bristles.rate[i].dot(next_.rate[i]);
     PullBackBristleRates(f, base_, next_, &bars->bristles, &bar_base_);
+  }
+  if (contacts_->has_bristles() || !bar_forces_.empty()) {
     for (BodyCotangent& b : by_contact_.bodies) b = BodyCotangent{};
-    contacts_->PullBackBristles(bars->bristles.bent, &by_contact_);
+    contacts_->PullBackOutcome(bars->bristles.bent, bar_forces_, *dynamics_, &by_contact_);
     out.by_time += AddBodies(&by_contact_.bodies, bars);
+    bar_forces_.clear();
   }
   g_ = bars->xi + f.c_v * (bars->v + f.g0 * bars->vdot);
   AddRightJacobianTransposed(tree, xi_, bars->pose, &g_);

@@ -62,6 +62,9 @@ class SolvePullBack {
   const Eigen::VectorXd& q() const { return q_; }
   const Eigen::VectorXd& v() const { return v_; }
 
+  // A cotangent of a contact's force, as the solve that led to the loaded state has it; for the next PullBack.
+  void AddForce(int contact, const Eigen::Vector3d& bar_f_W);
+
   // Cotangents of bodies' perturbations at the loaded state, which it overwrites: to *bars and the parameters. Returns
   // the cotangent of time.
   double AddBodies(std::vector<BodyCotangent>* bodies, StateBars* bars);
@@ -72,6 +75,8 @@ class SolvePullBack {
     double by_time = 0.0;  // of the state's time, through prescribed motions [1/s]
   };
   Result PullBack(StateBars* bars);
+  // In its place for state 0, to which no solve led.
+  void PullBackStart(StateBars* bars);
 
   // Of the last PullBack.
   const Eigen::VectorXd& lambda() const { return lambda_; }
@@ -99,6 +104,7 @@ class SolvePullBack {
   JointCotangents joints_;
   StateBars earlier_;
   std::vector<Bristle> bar_base_;
+  std::vector<Eigen::Vector3d> bar_forces_;  // of contacts; none where no force is watched
   Eigen::MatrixXd bar_controls_;
   ParameterCotangents by_loss_, by_solves_;
   ContactModel::Cotangents by_contact_;

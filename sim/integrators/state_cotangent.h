@@ -1,5 +1,5 @@
-// Cotangents of one body's motion, or of one joint coordinate, at one state of a trajectory: how signals speak to the
-// adjoint.
+// Cotangents of one body's motion, of one joint coordinate or of one contact's force, at one state of a trajectory: how
+// signals speak to the adjoint.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,6 +24,9 @@ struct StateCotangent {
   int coordinate = -1;  // none
   double pose = 0.0;
   double rate = 0.0;
+  // Of the force of the contact with this number (ContactReport::f_W), as the solve that led to the state has it.
+  int contact = -1;  // none
+  Eigen::Vector3d f_W = Eigen::Vector3d::Zero();
 };
 
 }  // namespace knap

@@ -11,6 +11,7 @@
 #include "sim/signals/body_signals.h"
 #include "sim/signals/combined_signals.h"
 #include "sim/signals/coordinate_signals.h"
+#include "sim/signals/depth_signals.h"
 #include "sim/signals/group_signals.h"
 #include "sim/signals/track_signals.h"
 
@@ -72,8 +73,12 @@ class SignalSet::Builder {
     return MakeDriftSignal(MakeGroup(s.of), FindFrame(s.carried_by), s.since, GetUp());
   }
 
-  Pointer Make(const DepthSignal& s) { return MakeContact(s.bodies, false); }
-  Pointer Make(const ForceSignal& s) { return MakeContact(s.bodies, true); }
+  Pointer Make(const DepthSignal& s) const { return MakeDepthSignal(model_.contacts, ListContacts(s.bodies)); }
+  Pointer Make(const ForceSignal& s) {
+    const std::vector<int> contacts = ListContacts(s.bodies);
+    out_->forces_.push_back({contacts});
+    return MakeForceSignal(static_cast<int>(out_->forces_.size()) - 1, contacts);
+  }
   Pointer Make(const CommandSignal& s) const { return MakeCommandSignal(FindCommandRow(moved_, s.actuator)); }
   Pointer Make(const TimeSignal&) const { return MakeTimeSignal(); }
   Pointer Make(const NumberSignal& s) {
@@ -120,15 +125,13 @@ class SignalSet::Builder {
     return Group(model_.tree, bodies);
   }
 
-  Pointer MakeContact(const std::array<std::string, 2>& bodies, bool force) {
-    ContactSeries series;
-    series.force = force;
+  std::vector<int> ListContacts(const std::array<std::string, 2>& bodies) const {
+    std::vector<int> contacts;
     for (std::size_t pair = 0; pair < model_.contacts.size(); ++pair) {
       const auto& of = moved_.contacts[static_cast<std::size_t>(model_.contact_of_pair[pair])].bodies;
-      if (of == bodies || of == std::array{bodies[1], bodies[0]}) series.pairs.push_back(static_cast<int>(pair));
+      if (of == bodies || of == std::array{bodies[1], bodies[0]}) contacts.push_back(static_cast<int>(pair));
     }
-    out_->contacts_.push_back(std::move(series));
-    return MakeContactSignal(static_cast<int>(out_->contacts_.size()) - 1);
+    return contacts;
   }
 
   std::vector<SignalPointer> FindParts(const std::vector<std::string>& of) const {

@@ -11,10 +11,10 @@
 
 namespace knap {
 
-// What a contact's signal sees of those of the model's contacts that belong to it, recorded while they are simulated.
-struct ContactSeries {
-  bool force = false;      // the size of the sum of their forces [N]; else their largest depth [m]
-  std::vector<int> pairs;  // in SceneModel::contacts
+// What the signal of a contact's force sees: the sum of the forces of these of the model's contacts, recorded while
+// they are simulated.
+struct ForceSeries {
+  std::vector<int> contacts;
 };
 
 // A point of a body that signals watch; it moves with the mesh of a designed one.
@@ -31,7 +31,7 @@ class SignalSet {
 
   const SignalPointer& Find(const std::string& name) const { return by_name_.at(name); }
   const std::vector<SignalPoint>& points() const { return points_; }
-  const std::vector<ContactSeries>& contacts() const { return contacts_; }
+  const std::vector<ForceSeries>& forces() const { return forces_; }
   // Times whose states drifts remember [s], ascending.
   const std::vector<double>& remembered() const { return remembered_; }
 
@@ -39,7 +39,7 @@ class SignalSet {
   class Builder;
   std::map<std::string, SignalPointer> by_name_;
   std::vector<SignalPoint> points_;
-  std::vector<ContactSeries> contacts_;
+  std::vector<ForceSeries> forces_;
   std::vector<double> remembered_;
 };
 

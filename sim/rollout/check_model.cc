@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <exception>
 #include <optional>
@@ -70,6 +71,14 @@ class ModelChecker {
     return nullptr;
   }
 
+  // Whether a signal looks at how deep these two meet.
+  bool IsWatched(const std::array<std::string, 2>& bodies) const {
+    return std::any_of(scene_.signals.begin(), scene_.signals.end(), [&](const Signal& signal) {
+      const auto* depth = std::get_if<DepthSignal>(&signal.kind);
+      return depth != nullptr && (depth->bodies == bodies || depth->bodies == std::array{bodies[1], bodies[0]});
+    });
+  }
+
   static std::string GetJointPath(const Body& body) { return "bodies." + body.name + ".joint.type"; }
 
   void CheckBody(const Body& body) {
@@ -108,9 +117,11 @@ class ModelChecker {
         return;
       }
     }
-    if (FindMover(*a) == nullptr && FindMover(*b) == nullptr) {
+    if (FindMover(*a) == nullptr && FindMover(*b) == nullptr && !IsWatched(scene_.contacts[i].bodies)) {
       Report({path, GetJointPath(*a), GetJointPath(*b)},
-             fmt::format("forces move neither {} nor {}, so their contact does nothing", a->name, b->name));
+             fmt::format("forces move neither {} nor {}, so their contact does nothing; a signal "
+                         "could watch its depth",
+                         a->name, b->name));
     }
   }
 

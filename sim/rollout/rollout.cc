@@ -106,10 +106,10 @@ RolloutModel::Simulated RolloutModel::Simulate(const VectorXd& theta, const Vect
   if (manner.finer) options.tolerance *= 0.25;
   options.nodes = manner.nodes;
   Simulator simulator(s.dynamics.get(), s.contacts.get());
-  ContactRecord record;
-  if (manner.observe || !s.signals->contacts().empty()) {
+  ForceRecord record;
+  if (manner.observe || !s.signals->forces().empty()) {
     simulator.observer = [&](double time) {
-      AddToRecord(time, s.signals->contacts(), *s.contacts, &record);
+      AddToRecord(time, s.signals->forces(), *s.contacts, &record);
       if (manner.observe) manner.observe(s, time);
     };
   }
@@ -243,8 +243,11 @@ RolloutModel::Gradient RolloutModel::CalcGradient(const VectorXd& controls, cons
   // What a loss sees of a policy's commands goes back into the states too.
   if (!bar.states.empty() || s.policy != nullptr) {
     if (s.policy) s.policy->BeginSweep(bar_commands.bottomRows(s.policy->commands().rows()));
-    const TrajectoryGradient gradient =
+    TrajectoryGradient gradient =
         SweepAdjoint(*s.trajectory, bar.states, s.dynamics.get(), s.contacts.get(), s.policy.get(), nodes);
+    for (const VertexCotangent& c : bar.vertices) {
+      gradient.vertices[static_cast<std::size_t>(c.contact)].col(c.vertex) += c.bar;
+    }
     out.touchdowns = gradient.touchdowns;
     out.loss_rounding = gradient.loss_rounding;
     out.loss_error = gradient.loss_error;

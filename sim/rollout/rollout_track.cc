@@ -7,30 +7,24 @@
 
 namespace knap {
 
-void AddToRecord(double time, const std::vector<ContactSeries>& series, const ContactModel& contacts,
-                 ContactRecord* record) {
+void AddToRecord(double time, const std::vector<ForceSeries>& series, const ContactModel& contacts,
+                 ForceRecord* record) {
   record->time.push_back(time);
-  record->values.resize(series.size());
+  record->f_W.resize(series.size());
   for (std::size_t i = 0; i < series.size(); ++i) {
-    double depth = 0.0;
     Eigen::Vector3d f_W = Eigen::Vector3d::Zero();
-    for (const int pair : series[i].pairs) {
-      const ContactReport& report = contacts.reports()[static_cast<std::size_t>(pair)];
-      if (!report.active) continue;
-      depth = std::max(depth, report.depth);
-      f_W += report.f_W;
-    }
-    record->values[i].push_back(series[i].force ? f_W.norm() : depth);
+    for (const int contact : series[i].contacts) f_W += contacts.reports()[static_cast<std::size_t>(contact)].f_W;
+    record->f_W[i].push_back(f_W);
   }
 }
 
 RolloutTrack::RolloutTrack(const Trajectory& trajectory, Dynamics* dynamics, double step,
-                           const std::vector<double>& remembered, Eigen::MatrixXd commands, ContactRecord contacts)
+                           const std::vector<double>& remembered, Eigen::MatrixXd commands, ForceRecord forces)
     : trajectory_(trajectory),
       dynamics_(dynamics),
       step_(step),
       commands_(std::move(commands)),
-      contacts_(std::move(contacts)) {
+      forces_(std::move(forces)) {
   // What stopped early has no such states, and nobody judges it.
   if (!trajectory.certificate.converged) return;
   for (const double time : remembered) {
@@ -73,11 +67,20 @@ Eigen::Index RolloutTrack::FindInterval(int k) const {
   return trajectory_.controls.IntervalOfStep(std::max(low - 1, 0));
 }
 
-double RolloutTrack::GetContact(int series, int k) const {
+std::size_t RolloutTrack::FindRecord(int k) const {
   // A stage within a step has no entry of its own: what was before counts.
-  const auto after = std::upper_bound(contacts_.time.begin(), contacts_.time.end(), trajectory_.time(k));
-  const auto index = static_cast<std::size_t>(after - contacts_.time.begin() - 1);
-  return contacts_.values[static_cast<std::size_t>(series)][index];
+  const auto after = std::upper_bound(forces_.time.begin(), forces_.time.end(), trajectory_.time(k));
+  return static_cast<std::size_t>(after - forces_.time.begin() - 1);
+}
+
+int RolloutTrack::FindForce(int k) const {
+  const double time = forces_.time[FindRecord(k)];
+  while (trajectory_.time(k) > time) --k;
+  return k;
+}
+
+const Eigen::Vector3d& RolloutTrack::GetForce(int series, int k) const {
+  return forces_.f_W[static_cast<std::size_t>(series)][FindRecord(k)];
 }
 
 }  // namespace knap

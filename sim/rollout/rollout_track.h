@@ -11,20 +11,20 @@
 
 namespace knap {
 
-// What contacts did, at the start and after every accepted step.
-struct ContactRecord {
+// Forces of contacts, at the start and after every accepted step.
+struct ForceRecord {
   std::vector<double> time;
-  std::vector<std::vector<double>> values;  // of each of SignalSet::contacts()
+  std::vector<std::vector<Eigen::Vector3d>> f_W;  // of each of SignalSet::forces(): on the contacts' first body [N]
 };
-void AddToRecord(double time, const std::vector<ContactSeries>& series, const ContactModel& contacts,
-                 ContactRecord* record);
+void AddToRecord(double time, const std::vector<ForceSeries>& series, const ContactModel& contacts,
+                 ForceRecord* record);
 
 class RolloutTrack final : public Track {
  public:
   // `trajectory` and `dynamics` must outlive it; the dynamics' state changes with every look. `commands`: a row for
   // each driven actuator (FindCommandRow), a column an interval.
   RolloutTrack(const Trajectory& trajectory, Dynamics* dynamics, double step, const std::vector<double>& remembered,
-               Eigen::MatrixXd commands, ContactRecord contacts);
+               Eigen::MatrixXd commands, ForceRecord forces);
 
   // Holds until another state is looked at.
   Moment At(int k);
@@ -37,16 +37,18 @@ class RolloutTrack final : public Track {
   const std::vector<Pose>& GetPoses(int k) const override { return poses_.at(k); }
   Eigen::Index FindInterval(int k) const override;
   double GetCommand(int row, Eigen::Index interval) const override { return commands_(row, interval); }
-  double GetContact(int series, int k) const override;
+  int FindForce(int k) const override;
+  const Eigen::Vector3d& GetForce(int series, int k) const override;
 
  private:
   void Look(int k);
+  std::size_t FindRecord(int k) const;
 
   const Trajectory& trajectory_;
   Dynamics* dynamics_;
   double step_;
   Eigen::MatrixXd commands_;
-  ContactRecord contacts_;
+  ForceRecord forces_;
   std::map<int, std::vector<Pose>> poses_;  // of remembered states
   int at_ = -1;                             // the state that the dynamics are at; −1: unknown
   Eigen::VectorXd q_, v_, vdot_;

@@ -181,15 +181,8 @@ class ObjectiveChecker {
 
   void CheckTerm(const Term& term, const std::string& path) {
     CheckSignals(term.signals, path + ".signals");
-    for (std::size_t i = 0; i < term.signals.size(); ++i) {
-      RefuseContacts(term.signals[i], fmt::format("{}.signals[{}]", path, i));
-    }
     if (const auto* target = std::get_if<SignalTarget>(&term.target)) {
-      RefuseContacts(target->signal, path + ".target.signal");
       if (!term.signals.empty()) CheckUnit(target->signal, term.signals[0], {path + ".target.signal"});
-    }
-    if (const auto* crossing = std::get_if<AtCrossing>(&term.when)) {
-      RefuseContacts(crossing->crossing.signal, path + ".when.signal");
     }
     const bool refers = std::holds_alternative<ReferenceTarget>(term.target);
     const bool distils = path.starts_with("loss.distillation");
@@ -199,17 +192,6 @@ class ObjectiveChecker {
     if (refers && distils && std::holds_alternative<AtCrossing>(term.when)) {
       Report({path + ".when.type"}, "the reference trajectory is known at the end, at a time and over samples");
     }
-  }
-
-  // Their derivatives are not known.
-  void RefuseContacts(const std::string& name, const std::string& path) {
-    if (!Uses(name, [](const SignalKind& kind) {
-          return std::holds_alternative<DepthSignal>(kind) || std::holds_alternative<ForceSignal>(kind);
-        })) {
-      return;
-    }
-    Report({path},
-           fmt::format("'{}' is of a contact, and that has no derivative yet: it may stand in success alone", name));
   }
 
   void CheckObservation(const Observation& observation, const std::string& path) {

@@ -1,7 +1,7 @@
 // What a signal is to those who evaluate it: a number at a moment of a rollout, with its exact pull-back.
 //
 // A moment is a state of the tree. Most signals are functions of it alone; those that look at more, at what was before
-// or at what contacts and actuators did, ask the moment's track, which policies do not have.
+// or at what forces and actuators did, ask the moment's track, which policies do not have.
 #pragma once
 
 #include <Eigen/Dense>
@@ -24,7 +24,9 @@ class Track {
   // The interval whose commands act in the step that leads to state k.
   virtual Eigen::Index FindInterval(int k) const = 0;
   virtual double GetCommand(int row, Eigen::Index interval) const = 0;  // −1 … 1, rows as in RolloutCommands
-  virtual double GetContact(int series, int k) const = 0;               // of what was recorded, see contact_series.h
+  // Of what was recorded (build_signals.h): the state at or before k that has a force of its own, and that force [N].
+  virtual int FindForce(int k) const = 0;
+  virtual const Eigen::Vector3d& GetForce(int series, int k) const = 0;
 };
 
 struct Moment {
@@ -42,11 +44,18 @@ struct CommandCotangent {
   double bar = 0.0;
 };
 
+struct VertexCotangent {
+  int contact = 0;                                // of the model, one of a designed mesh
+  int vertex = 0;                                 // of that mesh
+  Eigen::Vector3d bar = Eigen::Vector3d::Zero();  // in its B
+};
+
 // What signals put on a rollout; all added.
 struct SignalCotangents {
   std::vector<StateCotangent> states;
   std::vector<Eigen::Vector3d> points;  // of each watched point (by its number), in its B
   std::vector<CommandCotangent> commands;
+  std::vector<VertexCotangent> vertices;
 };
 
 class SignalFunction {

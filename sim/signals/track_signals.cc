@@ -1,6 +1,6 @@
 #include "sim/signals/track_signals.h"
 
-#include "sim/math/check.h"
+#include <utility>
 
 namespace knap {
 namespace {
@@ -39,16 +39,25 @@ class CommandSignalFunction final : public SignalFunction {
   int row_;
 };
 
-class ContactSignalFunction final : public SignalFunction {
+class ForceSignalFunction final : public SignalFunction {
  public:
-  explicit ContactSignalFunction(int series) : series_(series) {}
-  double Calc(const Moment& at) const override { return at.track->GetContact(series_, at.state); }
-  void PullBack(const Moment&, double, SignalCotangents*) const override {
-    KNAP_CHECK(false, "the derivative of a contact's signal {} was asked for", series_);
+  ForceSignalFunction(int series, std::vector<int> contacts) : series_(series), contacts_(std::move(contacts)) {}
+  double Calc(const Moment& at) const override { return at.track->GetForce(series_, at.state).norm(); }
+  void PullBack(const Moment& at, double bar, SignalCotangents* out) const override {
+    const Eigen::Vector3d& f_W = at.track->GetForce(series_, at.state);
+    const double size = f_W.norm();
+    if (size == 0.0) return;
+    for (const int contact : contacts_) {
+      StateCotangent& c = out->states.emplace_back();
+      c.state = at.track->FindForce(at.state);
+      c.contact = contact;
+      c.f_W = bar / size * f_W;
+    }
   }
 
  private:
   int series_;
+  std::vector<int> contacts_;
 };
 
 }  // namespace
@@ -58,8 +67,7 @@ std::unique_ptr<SignalFunction> MakeConstantSignal(double value) {
   return std::make_unique<ConstantSignalFunction>(value);
 }
 std::unique_ptr<SignalFunction> MakeCommandSignal(int row) { return std::make_unique<CommandSignalFunction>(row); }
-std::unique_ptr<SignalFunction> MakeContactSignal(int series) {
-  return std::make_unique<ContactSignalFunction>(series);
-}
+std::unique_ptr<SignalFunction> MakeForceSignal(int series, std::vector<int> contacts) {
+  return std::make_unique<ForceSignalFunction>(series, std::move(contacts)); }
 
 }  // namespace knap

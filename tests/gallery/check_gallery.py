@@ -44,10 +44,32 @@ def presses_the_button(rows):
     return False
 
 
+def falls_through_the_hole(rows):
+    """Where the ball first passes 30 mm below the ring, between the rows before and after by a straight line."""
+    for before, after in zip(rows, rows[1:]):
+        if before["ball.z"] >= -0.030 > after["ball.z"]:
+            share = (before["ball.z"] + 0.030) / (before["ball.z"] - after["ball.z"])
+            x, y = (before[f"ball.{axis}"] + share * (after[f"ball.{axis}"] - before[f"ball.{axis}"]) for axis in "xy")
+            return (x * x + y * y) ** 0.5 < 0.012
+    return False
+
+
+def lifts_the_coin_whole(rows):
+    """25 mm high at the end, and never pressed into by more than 0.7 mm or half of what the thinner body has."""
+    return rows[-1]["coin.z"] > 0.025 and all(row.get("coin|pan.depth", 0) < 0.0007 for row in rows)
+
+
+def hangs_the_ring_up(rows):
+    return rows[-1]["ring.z"] > 0.072
+
+
 TASKS = {
     "sweep": (sweeps_into_the_disc, 4, "left_tip=32 mm,left_middle=16 mm,right_middle=16 mm,right_tip=32 mm"),
     "rake": (gathers_three_balls, 4, "left_tip=34 mm,left_middle=4 mm,right_middle=4 mm,right_tip=34 mm"),
     "arm_sweep": (sweeps_into_the_disc, 2, "left_tip=32 mm,left_middle=16 mm,right_middle=16 mm,right_tip=32 mm"),
+    "funnel": (falls_through_the_hole, 6, "east=4 mm,north=4 mm,west=4 mm,south=4 mm"),
+    "coin": (lifts_the_coin_whole, 3, "lip=-1 mm,floor=-0.3 mm"),
+    "hook": (hangs_the_ring_up, 3, "tip=12.7 mm,bend=6.4 mm,shaft=2 mm"),
     "button": (presses_the_button, 0, "length=54.5 mm"),
 }
 

@@ -76,7 +76,8 @@ const SceneErrorCase kRefused[] = {
      "contacts:", "grips:\n  - {body: pusher, held: @table, stiffness: 1 N/m, until: 1 s}\ncontacts:",
      "grips[0].held: value 'table': forces move neither pusher nor table, so this grip does nothing"},
     {"TwoSurfaces", "bodies: [pea, table]", "bodies: @[pusher, table]",
-     "contacts[0].bodies: forces move neither pusher nor table, so their contact does nothing"},
+     "contacts[0].bodies: forces move neither pusher nor table, so their contact does nothing; a signal could "
+     "watch its depth"},
     {"SolidMesh", "shapes: [{type: designed_mesh}]",
      "shapes: [{type: designed_mesh}]\n    inertia: {type: @solid, mass: 1 g}",
      "bodies.pusher.inertia.type: value 'solid': the mass of a designed mesh follows from a density, or is given by an "

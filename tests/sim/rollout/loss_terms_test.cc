@@ -149,6 +149,15 @@ bodies:
     joint: {type: fixed, position: [10 mm, 0 mm, 0 mm], attachment: {point: [20 mm, 0 mm, 0 mm]}}
     shapes: [{type: sphere, radius: 1 cm}]
     inertia: {type: solid, mass: 10 g}
+  - name: floor
+    joint: {type: fixed, position: [0 mm, 0 mm, 60 mm], orientation_rpy: [7 deg, 5 deg, 0 deg]}
+    shapes: [{type: half_space}]
+  - name: bubble
+    joint: {type: fixed, position: [40 mm, 15 mm, 20 mm]}
+    shapes: [{type: sphere, radius: 60 mm}]
+contacts:  # too soft to be felt
+  - {bodies: [tool, floor], stiffness: 1e-3 N/m^3}
+  - {bodies: [tool, bubble], stiffness: 1e-3 N/m^3}
 ropes:
   - {name: cord, links: 2, pitch: 20 mm, thickness: 4 mm, link_mass: 1 g,
      initial: {type: straight, start: [0 mm, 50 mm, 0 mm], direction: [1, 2, 0]}}
@@ -194,6 +203,8 @@ signals:
   - {name: least, type: least, of: [tip_x, tip_z, gap]}
   - {name: largest, type: largest, of: [tip_x, tip_z, gap]}
   - {name: ball_z, type: position, body: ball, axis: z}
+  - {name: sunk, type: depth, bodies: [floor, tool]}
+  - {name: in_bubble, type: depth, bodies: [tool, bubble]}
 )";
 
 RolloutModel MakeArm(const std::string& loss) {
@@ -269,8 +280,8 @@ TEST(EveryKind, OfSignalIsAmongThem) {
   std::set<std::size_t> kinds;
   const RolloutModel model = MakeArm("");
   for (const Signal& signal : model.scene().signals) kinds.insert(signal.kind.index());
-  // All but a contact's depth and force, which have no derivative.
-  EXPECT_EQ(kinds.size(), std::variant_size_v<SignalKind> - 2);
+  // All but a contact's force: force_signal_test.cc.
+  EXPECT_EQ(kinds.size(), std::variant_size_v<SignalKind> - 1);
 }
 
 TEST(EveryKind, OfTermHasItsGradient) {

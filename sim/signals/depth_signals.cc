@@ -1,0 +1,96 @@
+#include "sim/signals/depth_signals.h"
+
+#include <Eigen/Dense>
+#include <cstddef>
+#include <utility>
+
+#include "sim/contact/deepest_place.h"
+#include "sim/signals/signal_frame.h"
+
+namespace knap {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+class DepthSignalFunction final : public SignalFunction {
+ public:
+  DepthSignalFunction(const std::vector<ContactPair>& contacts, std::vector<int> numbers)
+      : numbers_(std::move(numbers)) {
+    std::vector<ContactPair> own;
+    for (const int number : numbers_) own.push_back(contacts[static_cast<std::size_t>(number)]);
+    sides_ = MakeSides(own);
+    for (const ContactSide& side : sides_) near_.emplace_back(side);
+  }
+
+  double Calc(const Moment& at) const override { return Find(at).place.depth; }
+
+  void PullBack(const Moment& at, double bar, SignalCotangents* out) const override {
+    const Found found = Find(at);
+    if (!(found.place.depth > 0.0)) return;
+    const ContactSide& side = *found.side;
+    const Pose& X_WB = GetKinematics(at, side.body).X_WB;
+    const Pose& X_WS = GetKinematics(at, side.field_body).X_WB;
+    const Vector3d g_W = bar * (X_WS.R * found.place.g_S);
+    const Vector3d p_W = X_WS * found.place.p_S;
+    AddForce(at, side.body, p_W, g_W, out);
+    AddForce(at, side.field_body, p_W, -g_W, out);
+    if (!side.is_designed) return;
+    // The place keeps its barycentric coordinates as the facet's corners move.
+    const int facet = found.place.facet;
+    const Facet& triangle = side.facets->facets()[static_cast<std::size_t>(facet)];
+    Matrix3d corners;
+    for (int k = 0; k < 3; ++k) corners.col(k) << 1.0, triangle.corner[k];
+    Vector3d place;
+    place << 1.0, triangle.frame.Locate(X_WB.ApplyInverse(p_W));
+    const Vector3d shares = corners.inverse() * place;
+    const Vector3d g_B = X_WB.R.transpose() * g_W;
+    for (int k = 0; k < 3; ++k) {
+      out->vertices.push_back({numbers_[static_cast<std::size_t>(side.pair)],
+                               side.facets->triangles()[static_cast<std::size_t>(facet)][k], shares(k) * g_B});
+    }
+  }
+
+ private:
+  struct Found {
+    const ContactSide* side = nullptr;
+    DeepestPlace place;
+  };
+
+  Found Find(const Moment& at) const {
+    Found found;
+    for (std::size_t s = 0; s < sides_.size(); ++s) {
+      const ContactSide& side = sides_[s];
+      const Pose& X_WB = GetKinematics(at, side.body).X_WB;
+      const Pose& X_WS = GetKinematics(at, side.field_body).X_WB;
+      if (!near_[s].MayTouch(X_WB, X_WS)) continue;
+      const Pose X_SB{X_WS.R.transpose() * X_WB.R, X_WS.ApplyInverse(X_WB.p)};
+      const DeepestPlace place = FindDeepestPlace(side, X_SB, &near_[s], &scratch_);
+      if (place.depth > found.place.depth) found = {&side, place};
+    }
+    return found;
+  }
+
+  // As a force at a place would press on a body.
+  static void AddForce(const Moment& at, int body, const Vector3d& p_W, const Vector3d& g_W, SignalCotangents* out) {
+    StateCotangent& c = out->states.emplace_back();
+    c.state = at.state;
+    c.body = body;
+    c.p_W = g_W;
+    c.r_W = (p_W - GetKinematics(at, body).X_WB.p).cross(g_W);
+  }
+
+  std::vector<int> numbers_;
+  std::vector<ContactSide> sides_;
+  // What they remember changes no bit.
+  mutable std::vector<NearFacets> near_;
+  mutable SidePatches scratch_;
+};
+
+}  // namespace
+
+std::unique_ptr<SignalFunction> MakeDepthSignal(const std::vector<ContactPair>& contacts, std::vector<int> numbers) {
+  return std::make_unique<DepthSignalFunction>(contacts, std::move(numbers));
+}
+
+}  // namespace knap
