@@ -27,8 +27,8 @@ LoadedScenario LoadScenario(const std::filesystem::path& config, std::span<const
 // one task, whatever their seeds and methods, ask workers for the same rollouts of the same scenario. parsed.ok().
 std::map<std::string, std::string> ListTaskFiles(const LoadedScenario& scenario);
 
-// The scene in files of LoadScenario or ListTaskFiles. Touches no disk. Throws std::runtime_error with one line when they
-// do not hold a valid scene and exactly the files it names.
+// The scene in files of LoadScenario or ListTaskFiles. Touches no disk. Throws std::runtime_error with one line when
+// they do not hold a valid scene and exactly the files it names.
 Scene ParseScenarioFiles(const std::map<std::string, std::string>& files);
 
 }  // namespace knap
