@@ -175,7 +175,7 @@ int RunEvaluate(const EvaluateArguments& arguments) {
   std::vector<Test> tests;
   std::optional<std::string> dropped;
   {
-    ClusterSession session(arguments.cluster, FindEngineIdentity(arguments.cluster.engine), scenario.files,
+    ClusterSession session(arguments.cluster, FindEngineIdentity(arguments.cluster.engine), ListTaskFiles(scenario),
                            parameters.controls);
     session.StartWorkers();
     const CountProgress progress(scene.name, scene.name, n * static_cast<std::int64_t>(thetas.size()), arguments.quiet,

@@ -45,7 +45,7 @@ int RunGradcheck(const GradcheckFlags& flags) {
   CheckRequestVolume(fmt::format("differences in {} parameters", d),
                      {static_cast<double>(kQueriesPerParameter), static_cast<double>(d)},
                      d + problem.variations.size());
-  ClusterSession session(flags.cluster, FindEngineIdentity(flags.cluster.engine), scenario.files,
+  ClusterSession session(flags.cluster, FindEngineIdentity(flags.cluster.engine), ListTaskFiles(scenario),
                          problem.parameters.controls);
   session.StartWorkers();
 

@@ -123,7 +123,7 @@ int RunLandscape(const LandscapeArguments& arguments) {
   const ChosenVariations variations = ChooseVariations(arguments, scene, problem);
   plan.variations = variations.values;
   const std::int64_t rollouts = CalcRolloutCount(plan);
-  ClusterSession session(arguments.cluster, FindEngineIdentity(arguments.cluster.engine), scenario.files,
+  ClusterSession session(arguments.cluster, FindEngineIdentity(arguments.cluster.engine), ListTaskFiles(scenario),
                          parameters.controls);
   const std::string out_name = MakeRunName(scene.name + "-landscape", std::chrono::system_clock::now());
   const fs::path out = CreateRun(arguments.out.empty() ? fs::path("runs") / out_name : fs::path(arguments.out)).path();

@@ -101,9 +101,8 @@ std::string FormatVerdict(const ResultDocument& document, const std::string& los
     const std::string success =
         document.has_success ? fmt::format("{:.0f}% succeed, ", 100.0 * kept.test.success_rate) : "";
     text += fmt::format("  kept      {}, by {} validation variations: {}mean loss {:.4g}{}\n",
-                        document.batch == 0
-                            ? "the initial design"
-                            : fmt::format("batch {} of {}", document.batch, validations.size() - 1),
+                        document.batch == 0 ? "the initial design"
+                                            : fmt::format("batch {} of {}", document.batch, validations.size() - 1),
                         kept.test.variations, success, kept.test.loss_mean, loss_unit);
   }
   if (IsClearlyBetter(document.test_learned, document.test_initial)) return text;
@@ -191,7 +190,8 @@ int RunLearn(const LearnArguments& arguments) {
   }
   const EngineIdentity engine = FindEngineIdentity(arguments.cluster.engine);
   const RunInfo info = MakeRunInfo(prepared.scenario, prepared.config_hash, engine);
-  ClusterSession session(arguments.cluster, engine, prepared.scenario.files, prepared.problem.parameters.controls);
+  ClusterSession session(arguments.cluster, engine, ListTaskFiles(prepared.scenario),
+                         prepared.problem.parameters.controls);
   const RunDirectory run = MakeRun(arguments, prepared, info);
   Journal::Opened journal = OpenRunJournal(run, info.identity);
   session.StartWorkers(run.path());

@@ -68,7 +68,7 @@ void WriteReport(const LoadedScenario& scenario, const RunDirectory& run, Rollou
     source.variations.push_back(
         SampleVariation(problem.variations, seed, RandomStream::kTestVariations, static_cast<std::uint64_t>(i)));
   }
-  const ContentId id = CalcScenarioId(EncodeBundle(scenario.files));
+  const ContentId id = CalcScenarioId(EncodeBundle(ListTaskFiles(scenario)));
   const Answers answers = ReadAnswers(run);
   const auto find = [&](const char* name, std::vector<double> theta) {
     return FindTest(name, std::move(theta), problem.parameters.controls, source.variations, id, answers);

@@ -186,7 +186,7 @@ RolloutInput FindInput(const RolloutFlags& flags, const LoadedScenario& scenario
   run.options = MakeLearningOptions(scene);
   run.tests = static_cast<int>(scene.evaluation.variations);
   run.test_seed = static_cast<std::uint64_t>(scene.evaluation.seed);
-  run.scenario = CalcScenarioId(EncodeBundle(scenario.files));
+  run.scenario = CalcScenarioId(EncodeBundle(ListTaskFiles(scenario)));
   const std::optional<RolloutQuery> query =
       FindRequest(run, Journal::Read(OpenRun(flags.path).journal_path()), flags.request);
   if (!query) {

@@ -196,7 +196,8 @@ int RunStudyCommand(StudyArguments arguments) {
   const EngineIdentity engine = FindEngineIdentity(arguments.cluster.engine);
   RunInfo info = MakeRunInfo(prepared.scenario, prepared.config_hash, engine);
   info.method = "study";
-  ClusterSession session(arguments.cluster, engine, prepared.scenario.files, prepared.problem.parameters.controls);
+  ClusterSession session(arguments.cluster, engine, ListTaskFiles(prepared.scenario),
+                         prepared.problem.parameters.controls);
   if (!study) study = MakeStudy(arguments, prepared, options, info);
   Journal::Opened journal = OpenRunJournal(*study, info.identity);
   session.StartWorkers(study->path());

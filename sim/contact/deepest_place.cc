@@ -6,6 +6,8 @@
 #include <cmath>
 #include <variant>
 
+#include "sim/math/overloaded.h"
+
 namespace knap {
 
 using Eigen::Matrix2d;
@@ -18,8 +20,8 @@ namespace {
 // What is closer than this share of the bodies' width, places or depths, is one.
 constexpr double kSame = 1e-9;
 
-// Of the columns of `gradients`, at least one, a mean with weights ≥ 0 that has as little part in `level`, a projection
-// on a line or plane, as a mean of at most three of them can.
+// Of the columns of `gradients`, at least one, a mean with weights ≥ 0 of at most three that has no part in `level`, a
+// projection on a line or plane; where there is none, the one with the least.
 Vector3d Mix(const Eigen::Matrix3Xd& gradients, const Matrix3d& level) {
   const Eigen::Index n = gradients.cols();
   Vector3d best = gradients.col(0);
@@ -31,15 +33,15 @@ Vector3d Mix(const Eigen::Matrix3Xd& gradients, const Matrix3d& level) {
     least = part;
     best = g;
   };
-  for (Eigen::Index i = 0; i < n; ++i) {
+  for (Eigen::Index i = 0; i < n && least > kSame; ++i) {
     const Vector3d g = gradients.col(i);
     consider(g);
-    for (Eigen::Index j = i + 1; j < n; ++j) {
+    for (Eigen::Index j = i + 1; j < n && least > kSame; ++j) {
       const Vector3d d = gradients.col(j) - g;
       const double size = d.dot(level * d);
       const double mu = -d.dot(level * g) / size;
       if (mu > 0.0 && mu < 1.0) consider(g + mu * d);
-      for (Eigen::Index k = j + 1; k < n; ++k) {
+      for (Eigen::Index k = j + 1; k < n && least > kSame; ++k) {
         Eigen::Matrix<double, 3, 2> both;
         both << d, gradients.col(k) - g;
         const Matrix2d along = both.transpose() * level * both;
@@ -95,16 +97,17 @@ DeepestPlace FindOnFacets(const ContactSide& side, const PolyhedralField& field,
 // e is concave there, and made of few pieces, each quadratic or linear on the facet's plane: it is largest at a corner,
 // where a piece is largest along an edge or in the plane, or on the curve where a cylinder's side and end are equally
 // near. All such places are tried, and the depth of each is the field's own.
+template <class Field>
 class FacetPeak {
  public:
-  FacetPeak(const Facet& facet, const DepthField& field) : facet_(facet), field_(field) {}
+  FacetPeak(const Facet& facet, const Field& field) : facet_(facet), field_(field) {}
 
   DeepestPlace Find() {
-    std::visit([this](const auto& f) { AddPieces(f); }, field_);
+    AddPieces(field_);
     for (int k = 0; k < facet_.size; ++k) TryEdge(facet_.corner[k], facet_.corner[(k + 1) % facet_.size]);
     TryMiddle();
     for (int i = 0; i < num_pieces_; ++i) TryInside(pieces_[i]);
-    if (best_.depth > 0.0) best_.g_S = std::visit([this](const auto& f) { return CalcGradient(f); }, field_);
+    if (best_.depth > 0.0) best_.g_S = CalcGradient(field_);
     return best_;
   }
 
@@ -115,11 +118,6 @@ class FacetPeak {
     Vector2d b = Vector2d::Zero();
     Matrix2d A = Matrix2d::Zero();
     double At(const Vector2d& s) const { return c + b.dot(s) + s.dot(A * s); }
-  };
-  struct Linear2 {
-    double c;
-    Vector2d b;
-    double At(const Vector2d& s) const { return c + b.dot(s); }
   };
   // Along d from a: what it is at a, and how it goes on.
   struct Line {
@@ -135,7 +133,6 @@ class FacetPeak {
     piece = {e(0), {e(1), e(2)}, (Matrix2d() << e(3), 0.5 * e(4), 0.5 * e(4), e(5)).finished()};
   }
 
-  void AddPieces(const PolyhedralField&) {}
   void AddPieces(const RoundField& f) {
     if (f.half_length == 0.0) {
       AddRound(f.center, Matrix3d::Identity(), f.radius);
@@ -158,16 +155,11 @@ class FacetPeak {
 
   void Try(const Vector2d& s, const Matrix3d& level) {
     const Vector3d x = facet_.frame.Place(s);
-    const double e = std::visit([&](const auto& f) { return CalcDepthAt(f, x); }, field_);
+    const double e = CalcDepth(field_, x);
     if (!(e > best_.depth)) return;
     best_.depth = e;
     best_.p_S = x;
     level_ = level;
-  }
-  static double CalcDepthAt(const PolyhedralField&, const Vector3d&) { return 0.0; }
-  template <class Field>
-  static double CalcDepthAt(const Field& field, const Vector3d& x) {
-    return CalcDepth(field, x);
   }
 
   void TryEdge(const Vector2d& a, const Vector2d& b) {
@@ -196,7 +188,8 @@ class FacetPeak {
   // Of a cylinder's ends: the line at which they are equally near, between the facet's edges.
   void TryMiddle() {
     if (num_ends_ == 0) return;
-    const Linear2 along{0.5 * (ends_[1].c - ends_[0].c), 0.5 * (ends_[1].b - ends_[0].b)};
+    const Vector2d slope = 0.5 * (ends_[1].b - ends_[0].b);
+    const LinearOnPlane along{0.5 * (ends_[1].c - ends_[0].c), slope.x(), slope.y()};
     std::array<Vector2d, 2> passed;
     int count = 0;
     for (int k = 0; k < facet_.size; ++k) {
@@ -233,7 +226,6 @@ class FacetPeak {
     }
   }
 
-  Vector3d CalcGradient(const PolyhedralField&) const { return Vector3d::Zero(); }
   Vector3d CalcGradient(const RoundField& f) const {
     const Vector3d d = best_.p_S - f.center;
     return -(d - std::clamp(f.axis.dot(d), -f.half_length, f.half_length) * f.axis) / f.radius;
@@ -255,13 +247,27 @@ class FacetPeak {
   }
 
   const Facet& facet_;
-  const DepthField& field_;
+  const Field& field_;
   std::array<Piece, 3> pieces_;
   std::array<Piece, 2> ends_;
   int num_pieces_ = 0, num_ends_ = 0;
   DeepestPlace best_;
   Matrix3d level_;  // onto the directions in which B's surface goes on at the best place
 };
+
+template <class Field>
+DeepestPlace FindOnFacets(const ContactSide& side, const Field& field, const Pose& X_SB, NearFacets* near) {
+  DeepestPlace best;
+  for (const int i : near->Find(side, X_SB)) {
+    const Facet facet = Move(X_SB, side.facets->facets()[static_cast<std::size_t>(i)]);
+    if (facet.size == 0) continue;
+    const DeepestPlace place = FacetPeak<Field>(facet, field).Find();
+    if (!(place.depth > best.depth)) continue;
+    best = place;
+    best.facet = i;
+  }
+  return best;
+}
 
 // ---- Bodies without facets ----------------------------------------------------------------------------------------
 
@@ -322,22 +328,15 @@ DeepestPlace FindDeepestPlace(const ContactSide& side, const Pose& X_SB, NearFac
     const RoundAxis axis = side.axis->Move(X_SB);
     return std::visit([&](const auto& field) { return FindOnAxis(axis, field); }, side.field);
   }
-  const auto* polyhedron = std::get_if<PolyhedralField>(&side.field);
-  if (side.cylinder) return FindOnRim(side.cylinder->Move(X_SB), polyhedron->planes.front());
-  if (polyhedron != nullptr) {
-    CalcPatches(side, near, X_SB, patches);
-    return FindOnFacets(side, *polyhedron, *patches);
+  if (side.cylinder) {
+    return FindOnRim(side.cylinder->Move(X_SB), std::get<PolyhedralField>(side.field).planes.front());
   }
-  DeepestPlace best;
-  for (const int i : near->Find(side, X_SB)) {
-    const Facet facet = Move(X_SB, side.facets->facets()[static_cast<std::size_t>(i)]);
-    if (facet.size == 0) continue;
-    DeepestPlace place = FacetPeak(facet, side.field).Find();
-    if (!(place.depth > best.depth)) continue;
-    best = place;
-    best.facet = i;
-  }
-  return best;
+  return std::visit(Overloaded{[&](const PolyhedralField& field) {
+                                 CalcPatches(side, near, X_SB, patches);
+                                 return FindOnFacets(side, field, *patches);
+                               },
+                               [&](const auto& field) { return FindOnFacets(side, field, X_SB, near); }},
+                    side.field);
 }
 
 }  // namespace knap

@@ -133,6 +133,14 @@ std::string DumpScene(const Scene& scene) {
   return writer.TakeText();
 }
 
+std::string DumpTask(const Scene& scene) {
+  Scene copy = scene;
+  const std::vector<NumericKey> keys = ListNumericKeys(copy);
+  SceneWriter writer(keys);
+  VisitTask(writer, copy);
+  return writer.TakeText();
+}
+
 std::string DumpBodies(const std::vector<Body>& bodies) {
   std::vector<Body> copy = bodies;
   const std::vector<NumericKey> no_keys;

@@ -12,6 +12,9 @@ namespace knap {
 // of the scene are finite.
 std::string DumpScene(const Scene& scene);
 
+// The same without `learning` and `evaluation`: what a rollout follows from.
+std::string DumpTask(const Scene& scene);
+
 // The key `bodies` of such a file alone.
 std::string DumpBodies(const std::vector<Body>& bodies);
 

@@ -65,6 +65,12 @@ LoadedScenario LoadScenario(const std::filesystem::path& config, std::span<const
   return loaded;
 }
 
+std::map<std::string, std::string> ListTaskFiles(const LoadedScenario& scenario) {
+  std::map<std::string, std::string> files = scenario.files;
+  files[kScenarioFileName] = DumpTask(scenario.parsed.scene);
+  return files;
+}
+
 Scene ParseScenarioFiles(const std::map<std::string, std::string>& files) {
   const auto text = files.find(kScenarioFileName);
   if (text == files.end()) throw std::runtime_error(fmt::format("the scenario has no {}", kScenarioFileName));

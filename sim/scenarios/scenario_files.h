@@ -23,8 +23,12 @@ struct LoadedScenario {
 // unreadable files included, is in parsed.FormatErrors(). Messages name the scenario as `config` is written.
 LoadedScenario LoadScenario(const std::filesystem::path& config, std::span<const std::string> overrides = {});
 
-// The scene in files of LoadScenario. Touches no disk. Throws std::runtime_error with one line when they do not hold a
-// valid scene and exactly the files it names.
+// What a rollout follows from: the files with a scene that says nothing of how it is learned and evaluated. All runs of
+// one task, whatever their seeds and methods, ask workers for the same rollouts of the same scenario. parsed.ok().
+std::map<std::string, std::string> ListTaskFiles(const LoadedScenario& scenario);
+
+// The scene in files of LoadScenario or ListTaskFiles. Touches no disk. Throws std::runtime_error with one line when
+// they do not hold a valid scene and exactly the files it names.
 Scene ParseScenarioFiles(const std::map<std::string, std::string>& files);
 
 }  // namespace knap

@@ -385,7 +385,7 @@ void VisitWorld(FieldVisitor& v, Scene& s) {
                s.signals);
 }
 
-void VisitFields(FieldVisitor& v, Scene& s) {
+void VisitTask(FieldVisitor& v, Scene& s) {
   VisitWorld(v, s);
   const SignalDimensions signals(s);
   v.OptionalStruct({.key = "design", .doc = "what is learned", .required = false}, s.design);
@@ -399,10 +399,14 @@ void VisitFields(FieldVisitor& v, Scene& s) {
   v.OptionalStruct({.key = "policy", .doc = "closed-loop network that drives actuators", .required = false}, s.policy,
                    [&](FieldVisitor& w, Policy& policy) { VisitPolicy(w, signals, policy); });
   v.StructList({.key = "variation", .doc = "what differs between rollouts", .required = false}, s.variation);
-  v.Struct({.key = "learning", .doc = "schedule and optimizer", .required = false}, s.learning);
-  v.Struct({.key = "evaluation", .doc = "on unseen variations", .required = false}, s.evaluation);
   v.Struct({.key = "gradient", .doc = "what gradients are held to", .required = false}, s.gradient);
   v.Struct({.key = "trust", .doc = "what rollouts are held to", .required = false}, s.trust);
+}
+
+void VisitFields(FieldVisitor& v, Scene& s) {
+  VisitTask(v, s);
+  v.Struct({.key = "learning", .doc = "schedule and optimizer", .required = false}, s.learning);
+  v.Struct({.key = "evaluation", .doc = "on unseen variations", .required = false}, s.evaluation);
 }
 
 }  // namespace knap

@@ -12,7 +12,10 @@ void VisitBodies(FieldVisitor& v, std::vector<Body>& bodies);
 // What signals can name the numbers of, and signals themselves: bodies, contacts and the like.
 void VisitWorld(FieldVisitor& v, Scene& scene);
 
-// Visits every field of the scene in the canonical order of a file.
+// The world and what is wanted of it: all that a rollout follows from.
+void VisitTask(FieldVisitor& v, Scene& scene);
+
+// The task, and how it is learned and evaluated: every field of the scene, in the canonical order of a file.
 void VisitFields(FieldVisitor& v, Scene& scene);
 
 }  // namespace knap

@@ -68,7 +68,7 @@ TASKS = {
     "rake": (gathers_three_balls, 4, "left_tip=34 mm,left_middle=4 mm,right_middle=4 mm,right_tip=34 mm"),
     "arm_sweep": (sweeps_into_the_disc, 2, "left_tip=32 mm,left_middle=16 mm,right_middle=16 mm,right_tip=32 mm"),
     "funnel": (falls_through_the_hole, 6, "east=4 mm,north=4 mm,west=4 mm,south=4 mm"),
-    "coin": (lifts_the_coin_whole, 3, "lip=-1 mm,floor=-0.3 mm"),
+    "coin": (lifts_the_coin_whole, 3, "lip=-1 mm,floor=-2 mm,heel=-2 mm,back=-4 mm"),
     "hook": (hangs_the_ring_up, 3, "tip=12.7 mm,bend=6.4 mm,shaft=2 mm"),
     "button": (presses_the_button, 0, "length=54.5 mm"),
 }

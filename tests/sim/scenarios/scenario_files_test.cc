@@ -50,6 +50,20 @@ TEST_F(ScenarioFilesTest, CarryTheSceneAndItsMeshesWithoutTheDisk) {
   EXPECT_EQ(DumpScene(scene), DumpScene(loaded.parsed.scene));
 }
 
+// Seeds and methods of one task share its rollouts; another world or another wish is another task.
+TEST_F(ScenarioFilesTest, ATaskSaysNothingOfHowItIsLearned) {
+  const std::map<std::string, std::string> task = ListTaskFiles(Load());
+  EXPECT_EQ(task.size(), 3u);
+  for (const char* how : {"learning.seed=987", "learning.alpha=0.37", "evaluation.seed=987"}) {
+    EXPECT_EQ(ListTaskFiles(Load({how})), task) << how;
+    EXPECT_NE(Load({how}).files, Load().files) << how;
+  }
+  for (const char* what : {"gravity[2]=-9 m/s^2", "loss.task[0].weight=3", "trust.penetration=0.4"}) {
+    EXPECT_NE(ListTaskFiles(Load({what})), task) << what;
+  }
+  EXPECT_EQ(DumpTask(ParseScenarioFiles(task)), task.at("scenario.yaml"));
+}
+
 TEST_F(ScenarioFilesTest, MissingFilesAreErrorsOfTheConfig) {
   fs::remove(folder_ / "meshes/tool.obj");
   fs::remove(folder_ / "meshes/tool_cage.obj");
