@@ -6,6 +6,7 @@
 #include <cmath>
 #include <variant>
 
+#include "sim/math/check.h"
 #include "sim/math/overloaded.h"
 
 namespace knap {
@@ -307,7 +308,10 @@ DeepestPlace FindOnAxis(const RoundAxis& axis, const RoundField& field) {
   return best;
 }
 
-DeepestPlace FindOnAxis(const RoundAxis&, const CylinderField&) { return {}; }  // no such pair
+DeepestPlace FindOnAxis(const RoundAxis&, const CylinderField&) {
+  KNAP_CHECK(false, "round bodies and cylinders do not touch (pair_rules.h)");
+  return {};
+}
 
 DeepestPlace FindOnRim(const SolidCylinder& cylinder, const FieldPlane& plane) {
   const double slope = plane.n.dot(cylinder.direction);

@@ -68,6 +68,7 @@ std::unique_ptr<SignalFunction> MakeConstantSignal(double value) {
 }
 std::unique_ptr<SignalFunction> MakeCommandSignal(int row) { return std::make_unique<CommandSignalFunction>(row); }
 std::unique_ptr<SignalFunction> MakeForceSignal(int series, std::vector<int> contacts) {
-  return std::make_unique<ForceSignalFunction>(series, std::move(contacts)); }
+  return std::make_unique<ForceSignalFunction>(series, std::move(contacts));
+}
 
 }  // namespace knap

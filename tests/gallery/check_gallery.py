@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """check_gallery.py KNAP GALLERY
 
-Judges rollouts of the gallery's tasks by their exported trajectories alone: what is a success by places of bodies in
-the CSV must be one for knap, and the other way round; with designs as learning finds them, and with the initial ones.
+Judges rollouts of the gallery's tasks, and of the scoop beside it, by their exported trajectories alone: what is a
+success by places of bodies in the CSV must be one for knap, and the other way round; with designs as learning finds
+them, and with the initial ones.
 """
 import csv
 import json
@@ -55,12 +56,19 @@ def falls_through_the_hole(rows):
 
 
 def lifts_the_coin_whole(rows):
-    """25 mm high at the end, and never pressed into by more than 0.7 mm or half of what the thinner body has."""
+    """25 mm high at the end, and never pressed into by more than 0.7 mm."""
     return rows[-1]["coin.z"] > 0.025 and all(row.get("coin|pan.depth", 0) < 0.0007 for row in rows)
 
 
 def hangs_the_ring_up(rows):
     return rows[-1]["ring.z"] > 0.072
+
+
+def lies_in_the_scoop(rows):
+    """Between its walls and its back at the end, and pusher and scoop never met by half a millimetre."""
+    end = rows[-1]
+    return (abs(end["pea.x"]) < 0.013 and 0.372 < end["pea.y"] < 0.417
+            and all(row.get("pusher|scoop.depth", 0) < 0.0005 for row in rows))
 
 
 TASKS = {
@@ -70,6 +78,8 @@ TASKS = {
     "funnel": (falls_through_the_hole, 6, "east=4 mm,north=4 mm,west=4 mm,south=4 mm"),
     "coin": (lifts_the_coin_whole, 3, "lip=-1 mm,floor=-2 mm,heel=-2 mm,back=-4 mm"),
     "hook": (hangs_the_ring_up, 3, "tip=12.7 mm,bend=6.4 mm,shaft=2 mm"),
+    "../pushing_scoop": (lies_in_the_scoop, 5, "middle_width=37.6 mm,left_wing_width=30.7 mm,right_wing_width=31.6 mm,"
+                         "left_depth=10.3 mm,right_depth=12.8 mm,left_bow=2 mm,right_bow=2.8 mm"),
     "button": (presses_the_button, 0, "length=54.5 mm"),
 }
 

@@ -67,8 +67,8 @@ def make_ring(section, around):
         here, there = c * count, (c + 1) % around * count
         for i in range(count):
             j = (i + 1) % count
-            triangles += [(here + i, here + j, there + j), (here + i, there + j, there + i)]
-    return [(x, y, z) for x, y, z in vertices], [(a, c, b) for a, b, c in triangles]
+            triangles += [(here + i, there + j, here + j), (here + i, there + i, there + j)]
+    return vertices, triangles
 
 
 def write_funnel():

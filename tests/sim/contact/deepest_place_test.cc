@@ -8,38 +8,29 @@
 #include <cmath>
 #include <functional>
 #include <memory>
-#include <random>
 #include <string>
 
 #include "sim/contact/convex_field.h"
-#include "sim/math/so3.h"
 #include "tests/sim/contact/convex_meshes.h"
+#include "tests/sim/contact/field_depth.h"
+#include "tests/sim/contact/random_places.h"
 
 namespace knap {
 namespace {
 
 using Eigen::Vector3d;
 
-class Random {
- public:
-  explicit Random(unsigned seed) : generator_(seed) {}
-  double U(double low, double high) { return std::uniform_real_distribution<double>(low, high)(generator_); }
-  Vector3d Vec(double size) { return {U(-size, size), U(-size, size), U(-size, size)}; }
-  Vector3d Unit() { return Vec(1.0).normalized(); }
-  Pose MakePose(double turn, double shift) { return {ExpSo3(Vec(turn)).toRotationMatrix(), Vec(shift)}; }
-
- private:
-  std::mt19937_64 generator_;
-};
+using Random = test::RandomPlaces;
 
 ContactGeometry MakeShape(const std::string& kind, Random* random) {
   const Vector3d center = random->Vec(0.002);
   if (kind == "sphere") return SphereGeometry{random->U(0.004, 0.01), center};
   if (kind == "capsule")
-    return CapsuleGeometry{random->U(0.003, 0.006), random->U(0.004, 0.01), center, random->Unit()};
+    return CapsuleGeometry{random->U(0.003, 0.006), random->U(0.004, 0.01), center, random->Vec(1.0).normalized()};
   if (kind == "cylinder")
-    return CylinderGeometry{random->U(0.005, 0.01), random->U(0.006, 0.012), center, random->Unit()};
-  if (kind == "disc") return CylinderGeometry{random->U(0.008, 0.012), random->U(0.001, 0.002), center, random->Unit()};
+    return CylinderGeometry{random->U(0.005, 0.01), random->U(0.006, 0.012), center, random->Vec(1.0).normalized()};
+  if (kind == "disc")
+    return CylinderGeometry{random->U(0.008, 0.012), random->U(0.001, 0.002), center, random->Vec(1.0).normalized()};
   if (kind == "box") {
     return BoxGeometry{{random->U(0.004, 0.01), random->U(0.004, 0.01), random->U(0.002, 0.01)},
                        center,
@@ -53,28 +44,6 @@ ContactGeometry MakeShape(const std::string& kind, Random* random) {
     return MeshGeometry{std::make_shared<ContactMesh>(mesh)};
   }
   return HalfSpaceGeometry{};
-}
-
-// The depth of a place, as the fields' header has it.
-double CalcFieldDepth(const DepthField& field, const Vector3d& x) {
-  if (const auto* planes = std::get_if<PolyhedralField>(&field)) {
-    double least = 1.0;
-    for (const FieldPlane& plane : planes->planes) least = std::min(least, plane.d - plane.n.dot(x));
-    return least;
-  }
-  const auto across = [&x](const auto& f, double* along) {
-    *along = f.axis.dot(x - f.center);
-    const double limit = std::min(std::abs(*along), f.half_length);
-    return (x - f.center - std::copysign(limit, *along) * f.axis).norm();
-  };
-  double along = 0.0;
-  if (const auto* round = std::get_if<RoundField>(&field)) {
-    return 0.5 * (round->radius - std::pow(across(*round, &along), 2) / round->radius);
-  }
-  const auto& cylinder = std::get<CylinderField>(field);
-  along = cylinder.axis.dot(x - cylinder.center);
-  const double far2 = (x - cylinder.center).squaredNorm() - along * along;
-  return std::min(0.5 * (cylinder.radius - far2 / cylinder.radius), cylinder.half_length - std::abs(along));
 }
 
 // Calls visit for places all over B's surface, or of a round B all over its axis, no farther apart than the return
@@ -145,13 +114,15 @@ TEST_P(DeepestPlaces, AreTheDeepestAndMoveAsDifferencesSay) {
           shift = side.axis->radius;
         }
       }
+      int cell = 0;
       double deepest = 0.0;
-      const double apart = SampleBody(
-          side, X_SB, [&](const Vector3d& x) { deepest = std::max(deepest, CalcFieldDepth(field, x) + shift); });
+      const double apart = SampleBody(side, X_SB, [&](const Vector3d& x) {
+        deepest = std::max(deepest, test::CalcFieldDepth(field, x, &cell) + shift);
+      });
       EXPECT_GE(place.depth, deepest - 1e-14) << seed;
       EXPECT_LE(place.depth, deepest + apart + 1e-12) << seed << " of " << side.body;
       if (place.depth < 1e-5) continue;
-      EXPECT_NEAR(CalcFieldDepth(field, place.p_S) + shift, place.depth, 1e-14) << seed;
+      EXPECT_NEAR(test::CalcFieldDepth(field, place.p_S, &cell) + shift, place.depth, 1e-14) << seed;
       ++touching;
       const double h = 1e-7;
       bool kink = false;

@@ -5,12 +5,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 
 #include "sim/contact/contact_side.h"
 #include "sim/contact/convex_field.h"
 #include "tests/sim/contact/convex_meshes.h"
+#include "tests/sim/contact/field_depth.h"
 #include "tests/sim/contact/patch_differences.h"
+#include "tests/sim/contact/random_places.h"
 
 namespace knap {
 namespace {
@@ -18,16 +19,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-class Random {
- public:
-  explicit Random(unsigned seed) : generator_(seed) {}
-  double U(double low, double high) { return std::uniform_real_distribution<double>(low, high)(generator_); }
-  Vector3d Vec(double size) { return {U(-size, size), U(-size, size), U(-size, size)}; }
-  Pose MakePose(double turn, double shift) { return {ExpSo3(Vec(turn)).toRotationMatrix(), Vec(shift)}; }
-
- private:
-  std::mt19937_64 generator_;
-};
+using Random = test::RandomPlaces;
 
 DepthField MakeField(int kind) {
   const Vector3d center(0.001, -0.002, 0.0015);
@@ -41,33 +33,6 @@ DepthField MakeField(int kind) {
   if (kind == 5) return CylinderField{0.009, 0.002, center, axis};
   if (kind == 6) return *MakeConvexField(test::MakePyramid());
   return *MakeConvexField(test::MakeRoundHull(0.009, 1));
-}
-
-// The depth as the header says it, cell and all.
-double CalcDepth(const DepthField& field, const Vector3d& x, int* cell) {
-  *cell = 0;
-  if (const auto* polyhedron = std::get_if<PolyhedralField>(&field)) {
-    double least = 1e9;
-    for (int i = 0; i < static_cast<int>(polyhedron->planes.size()); ++i) {
-      const double e = polyhedron->planes[i].d - polyhedron->planes[i].n.dot(x);
-      if (e < least) {
-        least = e;
-        *cell = i;
-      }
-    }
-    return std::max(0.0, least);
-  }
-  if (const auto* cylinder = std::get_if<CylinderField>(&field)) {
-    const Vector3d d = x - cylinder->center;
-    const double z = cylinder->axis.dot(d);
-    const double r = cylinder->radius;
-    const double side = (r * r - (d - z * cylinder->axis).squaredNorm()) / (2.0 * r);
-    return std::max(0.0, std::min(side, cylinder->half_length - std::abs(z)));
-  }
-  const RoundField& round = std::get<RoundField>(field);
-  const double along = std::clamp(round.axis.dot(x - round.center), -round.half_length, round.half_length);
-  const double d2 = (x - round.center - along * round.axis).squaredNorm();
-  return std::max(0.0, (round.radius * round.radius - d2) / (2.0 * round.radius));
 }
 
 using Triangle = std::array<Vector3d, 3>;
@@ -103,7 +68,7 @@ std::vector<PatchIntegrals> SumByLattice(const Triangle& corner, const DepthFiel
         const double third = upper == 0 ? 1.0 / 3.0 : 2.0 / 3.0;
         const Vector3d x = corner[0] + (i + third) / n * a + (j + third) / n * b;
         int cell = 0;
-        const double e = CalcDepth(field, x, &cell);
+        const double e = std::max(0.0, test::CalcFieldDepth(field, x, &cell));
         PatchIntegrals& sum = sums[static_cast<std::size_t>(cell)];
         sum.F -= e * dA * normal;
         sum.M -= e * dA * x.cross(normal);

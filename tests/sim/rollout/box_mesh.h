@@ -1,4 +1,4 @@
-// A box as the text of an OBJ file.
+// A box as the text of an OBJ file, and the design of one whose side moves.
 #pragma once
 
 #include <string>
@@ -20,5 +20,18 @@ inline std::string MakeBoxObj(int x0, int x1, int y0, int y1, int z0, int z1) {
   }
   return text;
 }
+
+// Ends the scene of a body `tool` that touches with the mesh box.obj in the cage cage.obj, both of MakeBoxObj and 40 mm
+// wide: the side at x1 moves.
+inline constexpr char kBoxDesign[] = R"(design:
+  parameters: [{name: width, initial: 40 mm, lower: 30 mm, upper: 50 mm}]
+  bodies:
+    - name: tool
+      mesh: box.obj
+      cage: cage.obj
+      mesh_unit: 1 mm
+      vertex_groups: [{name: right, vertices: [4, 5, 6, 7]}]
+      moves: [{parameter: width, group: right, direction: [1, 0, 0]}]
+)";
 
 }  // namespace knap::test

@@ -111,16 +111,6 @@ grips:
   - {body: hand, point: [1 mm, 2 mm, 3 mm], held: cord, held_point: [50 mm, 1 mm, 0 mm], stiffness: 200 N/m,
      damping: 0.1 N*s/m, limit: 2 N, from: 4 ms, until: 12 ms}
   - {body: wall, held: pill, stiffness: 10 N/m, until: 2 s}
-design:
-  parameters:
-    - {name: width, initial: 40 mm, lower: 30 mm, upper: 50 mm}
-  bodies:
-    - name: tool
-      mesh: box.obj
-      cage: cage.obj
-      mesh_unit: 1 mm
-      vertex_groups: [{name: right, vertices: [4, 5, 6, 7]}]
-      moves: [{parameter: width, group: right, direction: [1, 0, 0]}]
 rollout: {horizon: 16 ms, step: 4 ms, integrator: bdf2, newton_tolerance: 1e-10, newton_max_iterations: 30}
 signals:
   - {name: hinge_angle, type: angle, joint: hinge}
@@ -189,7 +179,9 @@ success:
 controls: {actuators: [slider, hinge], interval: 8 ms, initial: 0.5}
 )";
 
-ParseResult Parse(const std::vector<std::string>& overrides) { return ParseScene(kScene, "f.yaml", overrides); }
+ParseResult Parse(const std::vector<std::string>& overrides) {
+  return ParseScene(std::string(kScene) + test::kBoxDesign, "f.yaml", overrides);
+}
 
 RolloutModel MakeModel(const Scene& scene) {
   return RolloutModel({{kScenarioFileName, DumpScene(scene)},

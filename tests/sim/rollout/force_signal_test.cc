@@ -35,15 +35,6 @@ bodies:
 contacts:
   - {bodies: [tool, button], stiffness: 3e7 N/m^3, damping: 2 s/m, friction: 0.4, stick_distance: 50 um}
   - {bodies: [wall, tool], stiffness: 2e6 N/m^3, damping: 1 s/m, friction: 0.2, stick_distance: 200 um}
-design:
-  parameters: [{name: width, initial: 40 mm, lower: 30 mm, upper: 50 mm}]
-  bodies:
-    - name: tool
-      mesh: box.obj
-      cage: cage.obj
-      mesh_unit: 1 mm
-      vertex_groups: [{name: right, vertices: [4, 5, 6, 7]}]
-      moves: [{parameter: width, group: right, direction: [1, 0, 0]}]
 controls: {actuators: [tool], interval: 80 ms, initial: 0.3}
 signals:
   - {name: press, type: force, bodies: [button, tool]}
@@ -53,7 +44,7 @@ signals:
 )";
 
 RolloutModel MakePress(const std::string& rest) {
-  return RolloutModel({{kScenarioFileName, kPress + rest},
+  return RolloutModel({{kScenarioFileName, std::string(kPress) + test::kBoxDesign + rest},
                        {"box.obj", test::MakeBoxObj(-20, 20, -10, 10, 0, 20)},
                        {"cage.obj", test::MakeBoxObj(-21, 21, -11, 11, -1, 21)}});
 }

@@ -161,15 +161,6 @@ contacts:  # too soft to be felt
 ropes:
   - {name: cord, links: 2, pitch: 20 mm, thickness: 4 mm, link_mass: 1 g,
      initial: {type: straight, start: [0 mm, 50 mm, 0 mm], direction: [1, 2, 0]}}
-design:
-  parameters: [{name: width, initial: 40 mm, lower: 30 mm, upper: 50 mm}]
-  bodies:
-    - name: tool
-      mesh: box.obj
-      cage: cage.obj
-      mesh_unit: 1 mm
-      vertex_groups: [{name: right, vertices: [4, 5, 6, 7]}]
-      moves: [{parameter: width, group: right, direction: [1, 0, 0]}]
 controls: {actuators: [slider, tool], interval: 80 ms, initial: 0.3}
 rollout: {horizon: 160 ms, step: 4 ms, integrator: bdf2, newton_tolerance: 1e-13}
 signals:
@@ -208,7 +199,7 @@ signals:
 )";
 
 RolloutModel MakeArm(const std::string& loss) {
-  return RolloutModel({{kScenarioFileName, std::string(kArm) + "loss: {" + loss + "}\n"},
+  return RolloutModel({{kScenarioFileName, std::string(kArm) + test::kBoxDesign + "loss: {" + loss + "}\n"},
                        {"box.obj", test::MakeBoxObj(-20, 20, -12, 0, 0, 20)},
                        {"cage.obj", test::MakeBoxObj(-21, 21, -13, 1, -1, 21)}});
 }
