@@ -86,11 +86,13 @@ awk '
 mapfile -t sim < <(select_files '^sim/.*\.(h|cc)$')
 mapfile -t schedule < <(select_files '^coordinator/(learning|optimizer)/.*\.(h|cc)$')
 mapfile -t programs < <(select_files '^(coordinator|worker|lcmtypes)/.*\.(h|cc)$')
+mapfile -t beneath_cli < <(select_files '\.(h|cc)$' '^(coordinator/cli|tests)/')
 mapfile -t beyond_optimizer < <(select_files '\.(h|cc)$' '^(coordinator/optimizer|tests)/')
 mapfile -t beyond_geometry < <(select_files '\.(h|cc)$' '^(sim/geometry|tests)/')
 outer='^#include ([<"]lcm|<(chrono|thread|mutex|ctime)>|"(coordinator|worker)/)'
 forbid 'sim/ has no LCM, clock or threads' "$outer" "${sim[@]}"
 forbid 'the schedule never includes sim/' '^#include "(sim|worker)/' "${schedule[@]}"
+forbid 'only coordinator/cli and its tests include coordinator/cli' '^#include "coordinator/cli/' "${beneath_cli[@]}"
 forbid 'only coordinator/optimizer uses NLopt' '^#include <nlopt' "${beyond_optimizer[@]}"
 forbid 'programs write with lcmtypes/program/standard_streams.h' \
   '\bfmt::print\(|\bf?printf\(|\bf?puts\(|std::c(out|err)\b' "${programs[@]}"

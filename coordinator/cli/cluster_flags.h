@@ -3,7 +3,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "coordinator/cli/cluster_session.h"
+#include "coordinator/run/cluster_session.h"
 
 namespace knap {
 

@@ -2,26 +2,17 @@
 
 #include <exception>
 #include <string>
-#include <vector>
 
 #include "coordinator/dispatch/dispatch_types.h"
+#include "coordinator/run/usage_error.h"
 #include "lcmtypes/program/standard_streams.h"
-#include "lcmtypes/wire/text.h"
 
 namespace knap {
 namespace {
 
 void PrintError(const std::string& what) { WriteComplaint("knap", what); }
 
-std::string JoinLines(const std::vector<std::string>& lines) {
-  std::string text;
-  for (const std::string& line : lines) text += (text.empty() ? "" : "\n") + CleanText(line);
-  return text;
-}
-
 }  // namespace
-
-UsageError::UsageError(const std::vector<std::string>& lines) : std::runtime_error(JoinLines(lines)) {}
 
 int RunCommand(const std::function<int()>& command) {
   try {

@@ -2,9 +2,6 @@
 #pragma once
 
 #include <functional>
-#include <stdexcept>
-#include <string>
-#include <vector>
 
 namespace knap {
 
@@ -14,14 +11,6 @@ enum ExitCode : int {
   kExitUsage = 2,   // bad usage or config
   kExitNoWorkers = 4,
   kExitInterrupted = 130,  // after saving
-};
-
-// Bad usage or config: one or more lines for the user, complete but for the last one's end. Each stays one line,
-// whatever it quotes.
-class UsageError : public std::runtime_error {
- public:
-  explicit UsageError(const std::string& line) : UsageError(std::vector{line}) {}
-  explicit UsageError(const std::vector<std::string>& lines);
 };
 
 // Runs a command and turns what it throws into a message on stderr and an exit code: UsageError and

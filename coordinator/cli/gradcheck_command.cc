@@ -10,15 +10,15 @@
 #include <vector>
 
 #include "coordinator/cli/cluster_flags.h"
-#include "coordinator/cli/cluster_session.h"
-#include "coordinator/cli/count_progress.h"
 #include "coordinator/cli/exit_codes.h"
-#include "coordinator/cli/loaded_run.h"
-#include "coordinator/cli/problem_from_scene.h"
-#include "coordinator/cli/request_volume.h"
 #include "coordinator/cli/rollout_arguments.h"
 #include "coordinator/gradcheck/gradient_check.h"
 #include "coordinator/gradcheck/gradient_check_report.h"
+#include "coordinator/run/cluster_session.h"
+#include "coordinator/run/count_progress.h"
+#include "coordinator/run/loaded_run.h"
+#include "coordinator/run/problem_from_scene.h"
+#include "coordinator/run/request_volume.h"
 #include "lcmtypes/program/standard_streams.h"
 
 namespace knap {

@@ -12,6 +12,7 @@
 
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/import/urdf_import.h"
+#include "coordinator/run/usage_error.h"
 #include "coordinator/run_directory/durable_file.h"
 #include "lcmtypes/program/standard_streams.h"
 #include "lcmtypes/wire/text.h"

@@ -9,9 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "coordinator/cli/answer_journal.h"
 #include "coordinator/cli/exit_codes.h"
-#include "coordinator/cli/loaded_run.h"
+#include "coordinator/run/answer_journal.h"
+#include "coordinator/run/loaded_run.h"
+#include "coordinator/run/usage_error.h"
 #include "coordinator/run_directory/journal_repair.h"
 #include "lcmtypes/program/standard_streams.h"
 #include "lcmtypes/wire/text.h"

@@ -7,10 +7,11 @@
 #include <optional>
 #include <string>
 
-#include "coordinator/cli/count_progress.h"
 #include "coordinator/cli/exit_codes.h"
-#include "coordinator/cli/loaded_run.h"
-#include "coordinator/cli/report_writing.h"
+#include "coordinator/run/count_progress.h"
+#include "coordinator/run/loaded_run.h"
+#include "coordinator/run/report_writing.h"
+#include "coordinator/run/usage_error.h"
 #include "lcmtypes/program/standard_streams.h"
 #include "lcmtypes/wire/text.h"
 

@@ -7,7 +7,7 @@
 #include <map>
 #include <string_view>
 
-#include "coordinator/cli/exit_codes.h"
+#include "coordinator/run/usage_error.h"
 #include "sim/scenarios/field_visitor.h"
 #include "sim/scenarios/nearest_name.h"
 #include "sim/scenarios/numeric_keys.h"

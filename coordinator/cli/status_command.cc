@@ -13,11 +13,11 @@
 #include <vector>
 
 #include "coordinator/cli/exit_codes.h"
-#include "coordinator/cli/loaded_run.h"
-#include "coordinator/cli/loss_unit.h"
-#include "coordinator/cli/run_lives.h"
-#include "coordinator/cli/stop_signal.h"
 #include "coordinator/progress/progress.h"
+#include "coordinator/run/loaded_run.h"
+#include "coordinator/run/loss_unit.h"
+#include "coordinator/run/run_lives.h"
+#include "coordinator/run/stop_signal.h"
 #include "coordinator/run_directory/durable_file.h"
 #include "coordinator/run_directory/json_text.h"
 #include "coordinator/watch/cluster_view.h"

@@ -5,9 +5,9 @@
 #include <optional>
 #include <string_view>
 
-#include "coordinator/cli/exit_codes.h"
-#include "coordinator/cli/request_volume.h"
 #include "coordinator/cli/rollout_arguments.h"
+#include "coordinator/run/request_volume.h"
+#include "coordinator/run/usage_error.h"
 #include "sim/scenarios/units.h"
 
 namespace knap {

@@ -11,8 +11,9 @@
 #include <vector>
 
 #include "coordinator/cli/exit_codes.h"
-#include "coordinator/cli/loaded_run.h"
-#include "coordinator/cli/problem_from_scene.h"
+#include "coordinator/run/loaded_run.h"
+#include "coordinator/run/problem_from_scene.h"
+#include "coordinator/run/usage_error.h"
 #include "lcmtypes/program/standard_streams.h"
 #include "lcmtypes/wire/text.h"
 #include "sim/rollout/design_corners.h"

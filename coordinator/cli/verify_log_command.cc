@@ -9,10 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "coordinator/cli/answer_journal.h"
 #include "coordinator/cli/exit_codes.h"
-#include "coordinator/cli/loaded_run.h"
-#include "coordinator/cli/run_lives.h"
+#include "coordinator/run/answer_journal.h"
+#include "coordinator/run/loaded_run.h"
+#include "coordinator/run/run_lives.h"
+#include "coordinator/run/usage_error.h"
 #include "coordinator/watch/run_recording.h"
 #include "lcmtypes/program/standard_streams.h"
 #include "lcmtypes/wire/text.h"

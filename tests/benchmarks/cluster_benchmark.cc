@@ -29,8 +29,8 @@
 #include <utility>
 #include <vector>
 
-#include "coordinator/cli/answer_journal.h"
 #include "coordinator/local_workers.h"
+#include "coordinator/run/answer_journal.h"
 #include "coordinator/run_directory/temporary_folder.h"
 #include "lcmtypes/wire/lcm_transport.h"
 #include "lcmtypes/wire/multicast.h"

@@ -1,4 +1,4 @@
-#include "coordinator/cli/answer_journal.h"
+#include "coordinator/run/answer_journal.h"
 
 #include <gtest/gtest.h>
 

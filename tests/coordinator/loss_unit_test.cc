@@ -1,8 +1,8 @@
-#include "coordinator/cli/loss_unit.h"
+#include "coordinator/run/loss_unit.h"
 
 #include <gtest/gtest.h>
 
-#include "coordinator/cli/loaded_run.h"
+#include "coordinator/run/loaded_run.h"
 
 namespace knap {
 namespace {

@@ -1,4 +1,4 @@
-#include "coordinator/cli/problem_from_scene.h"
+#include "coordinator/run/problem_from_scene.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <string>
 #include <variant>
 
-#include "coordinator/cli/loaded_run.h"
+#include "coordinator/run/loaded_run.h"
 #include "sim/scenarios/number_table.h"
 namespace knap {
 namespace {

@@ -1,10 +1,10 @@
-#include "coordinator/cli/request_volume.h"
+#include "coordinator/run/request_volume.h"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "coordinator/cli/exit_codes.h"
+#include "coordinator/run/usage_error.h"
 
 namespace knap {
 namespace {

@@ -13,6 +13,7 @@
 
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/validate_command.h"
+#include "coordinator/run/usage_error.h"
 #include "sim/scenarios/parse_scene.h"
 #include "tests/sim/scenarios/sample_scenes.h"
 

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "coordinator/cli/exit_codes.h"
+#include "coordinator/run/usage_error.h"
 
 namespace knap {
 namespace {

@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "coordinator/cli/answer_journal.h"
 #include "coordinator/dispatch/dispatcher.h"
+#include "coordinator/run/answer_journal.h"
 #include "coordinator/run_directory/journal.h"
 #include "tests/coordinator/request_book.h"
 #include "tests/simulation/coordinator_port.h"

@@ -4,7 +4,7 @@
 #include <system_error>
 #include <utility>
 
-#include "coordinator/cli/answer_journal.h"
+#include "coordinator/run/answer_journal.h"
 
 namespace knap {
 namespace {

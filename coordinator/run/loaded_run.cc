@@ -1,4 +1,4 @@
-#include "coordinator/cli/loaded_run.h"
+#include "coordinator/run/loaded_run.h"
 
 #include <fmt/format.h>
 
@@ -9,8 +9,8 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "coordinator/cli/exit_codes.h"
-#include "coordinator/cli/problem_from_scene.h"
+#include "coordinator/run/problem_from_scene.h"
+#include "coordinator/run/usage_error.h"
 #include "coordinator/run_directory/durable_file.h"
 #include "lcmtypes/program/standard_streams.h"
 #include "lcmtypes/wire/content_id.h"
@@ -124,16 +124,6 @@ void WriteScenario(const LoadedScenario& scenario, const RunDirectory& run) {
     WriteFileAtomically(run.path() / name, bytes);
   }
   run.WriteConfig(scenario.files.at(kScenarioFileName));  // last: it says that the folder is a run
-}
-
-RunOrScenario::RunOrScenario(const fs::path& path)
-    : path_(path), is_run_(fs::is_directory(path)), config_(is_run_ ? OpenRun(path).config_path() : path) {}
-
-NamedDesigns RunOrScenario::NameDesigns(std::size_t size) const {
-  return {is_run_ ? "learned" : "initial", [this, size] {
-            if (!is_run_) throw UsageError(fmt::format("--theta learned: {} is a scenario, not a run", path_.string()));
-            return ReadLearnedTheta(OpenRun(path_), size);
-          }};
 }
 
 RunInfo MakeRunInfo(const LoadedScenario& scenario, const std::string& config_hash, const EngineIdentity& engine) {

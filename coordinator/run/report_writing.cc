@@ -1,4 +1,4 @@
-#include "coordinator/cli/report_writing.h"
+#include "coordinator/run/report_writing.h"
 
 #include <cstdint>
 #include <nlohmann/json.hpp>
@@ -9,12 +9,12 @@
 #include <utility>
 #include <vector>
 
-#include "coordinator/cli/answer_journal.h"
-#include "coordinator/cli/loaded_run.h"
-#include "coordinator/cli/loss_unit.h"
-#include "coordinator/cli/problem_from_scene.h"
 #include "coordinator/progress/progress.h"
 #include "coordinator/report/report_document.h"
+#include "coordinator/run/answer_journal.h"
+#include "coordinator/run/loaded_run.h"
+#include "coordinator/run/loss_unit.h"
+#include "coordinator/run/problem_from_scene.h"
 #include "coordinator/run_directory/durable_file.h"
 #include "coordinator/run_directory/journal.h"
 #include "lcmtypes/wire/clock.h"

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "coordinator/cli/theta_choice.h"
 #include "coordinator/run_directory/run_directory.h"
 #include "lcmtypes/wire/engine_identity.h"
 #include "sim/scenarios/scenario_files.h"
@@ -44,21 +43,6 @@ RunDirectory OpenRunOfThisBuild(const std::filesystem::path& path);
 // Writes config.yaml, resolved, and the files it names beside it under the same relative paths, so that the run's
 // config.yaml runs on its own; throws UsageError when such a file would overwrite one of the run's own.
 void WriteScenario(const LoadedScenario& scenario, const RunDirectory& run);
-
-// What commands on designs get by name: a run, whose design is the learned one, or a scenario file.
-class RunOrScenario {
- public:
-  explicit RunOrScenario(const std::filesystem::path& path);
-  const std::filesystem::path& config() const { return config_; }
-  // The learned design is what ReadLearnedTheta returns, and a run's default; UsageError for a scenario. This must
-  // outlive what is returned.
-  NamedDesigns NameDesigns(std::size_t size) const;
-
- private:
-  std::filesystem::path path_;
-  bool is_run_;
-  std::filesystem::path config_;
-};
 
 // Where a run began and what its bits depend on (run.json); method and seed are in config.yaml too.
 RunInfo MakeRunInfo(const LoadedScenario& scenario, const std::string& config_hash, const EngineIdentity& engine);

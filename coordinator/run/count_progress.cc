@@ -1,4 +1,4 @@
-#include "coordinator/cli/count_progress.h"
+#include "coordinator/run/count_progress.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "coordinator/cli/request_replay.h"
+#include "coordinator/run/request_replay.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "coordinator/cli/answer_journal.h"
 #include "coordinator/learning/evaluation.h"
 #include "coordinator/learning/schedule.h"
+#include "coordinator/run/answer_journal.h"
 
 namespace knap {
 namespace {

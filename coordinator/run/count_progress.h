@@ -5,9 +5,9 @@
 #include <optional>
 #include <string>
 
-#include "coordinator/cli/cluster_session.h"
-#include "coordinator/cli/stderr_progress.h"
 #include "coordinator/progress/progress.h"
+#include "coordinator/progress/stderr_progress.h"
+#include "coordinator/run/cluster_session.h"
 #include "lcmtypes/wire/clock.h"
 
 namespace knap {

@@ -1,4 +1,4 @@
-#include "coordinator/cli/loss_unit.h"
+#include "coordinator/run/loss_unit.h"
 
 #include <fmt/format.h>
 

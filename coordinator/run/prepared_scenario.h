@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "coordinator/cli/cluster_session.h"
 #include "coordinator/learning/learning_options.h"
 #include "coordinator/learning/problem.h"
+#include "coordinator/run/cluster_session.h"
 #include "coordinator/run_directory/journal.h"
 #include "coordinator/run_directory/run_directory.h"
 #include "sim/rollout/rollout.h"

@@ -1,4 +1,4 @@
-#include "coordinator/cli/stderr_progress.h"
+#include "coordinator/progress/stderr_progress.h"
 
 #include <unistd.h>
 

@@ -1,8 +1,8 @@
-#include "coordinator/cli/request_volume.h"
+#include "coordinator/run/request_volume.h"
 
 #include <fmt/format.h>
 
-#include "coordinator/cli/exit_codes.h"
+#include "coordinator/run/usage_error.h"
 
 namespace knap {
 

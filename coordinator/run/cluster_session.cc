@@ -1,4 +1,4 @@
-#include "coordinator/cli/cluster_session.h"
+#include "coordinator/run/cluster_session.h"
 
 #include <fmt/format.h>
 #include <sched.h>
@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "coordinator/cli/stop_signal.h"
+#include "coordinator/run/stop_signal.h"
 #include "lcmtypes/wire/multicast.h"
 #include "lcmtypes/wire/open_transport.h"
 #include "worker/knap_identity.h"

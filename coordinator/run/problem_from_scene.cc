@@ -1,4 +1,4 @@
-#include "coordinator/cli/problem_from_scene.h"
+#include "coordinator/run/problem_from_scene.h"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 #include <variant>
 #include <vector>
 
-#include "coordinator/cli/initial_weights.h"
+#include "coordinator/run/initial_weights.h"
 #include "sim/math/overloaded.h"
 #include "sim/rollout/build_policy.h"
 #include "sim/rollout/control_commands.h"

@@ -1,4 +1,4 @@
-#include "coordinator/cli/study_recorder.h"
+#include "coordinator/run/study_recorder.h"
 
 #include <fmt/format.h>
 
@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <utility>
 
-#include "coordinator/cli/loaded_run.h"
-#include "coordinator/cli/loss_unit.h"
+#include "coordinator/run/loaded_run.h"
+#include "coordinator/run/loss_unit.h"
 #include "knap/run_status_t.hpp"
 
 namespace knap {

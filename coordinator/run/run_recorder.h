@@ -8,11 +8,11 @@
 #include <string_view>
 #include <vector>
 
-#include "coordinator/cli/answer_journal.h"
-#include "coordinator/cli/cluster_session.h"
-#include "coordinator/cli/stderr_progress.h"
 #include "coordinator/learning/schedule.h"
 #include "coordinator/progress/progress.h"
+#include "coordinator/progress/stderr_progress.h"
+#include "coordinator/run/answer_journal.h"
+#include "coordinator/run/cluster_session.h"
 #include "coordinator/run_directory/earlier_life.h"
 #include "coordinator/run_directory/run_directory.h"
 #include "coordinator/run_directory/run_logs.h"

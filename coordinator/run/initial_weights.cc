@@ -1,4 +1,4 @@
-#include "coordinator/cli/initial_weights.h"
+#include "coordinator/run/initial_weights.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "coordinator/cli/stop_signal.h"
+#include "coordinator/run/stop_signal.h"
 
 #include <csignal>
 

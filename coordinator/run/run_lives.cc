@@ -1,11 +1,11 @@
-#include "coordinator/cli/run_lives.h"
+#include "coordinator/run/run_lives.h"
 
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "coordinator/cli/exit_codes.h"
+#include "coordinator/run/usage_error.h"
 #include "coordinator/run_directory/durable_file.h"
 
 namespace knap {

@@ -1,14 +1,14 @@
-#include "coordinator/cli/prepared_scenario.h"
+#include "coordinator/run/prepared_scenario.h"
 
 #include <fmt/format.h>
 
 #include <stdexcept>
 #include <system_error>
 
-#include "coordinator/cli/exit_codes.h"
-#include "coordinator/cli/loaded_run.h"
-#include "coordinator/cli/problem_from_scene.h"
-#include "coordinator/cli/request_volume.h"
+#include "coordinator/run/loaded_run.h"
+#include "coordinator/run/problem_from_scene.h"
+#include "coordinator/run/request_volume.h"
+#include "coordinator/run/usage_error.h"
 #include "coordinator/run_directory/durable_file.h"
 #include "lcmtypes/wire/scenario_bundle.h"
 #include "sim/geometry/mesh_io.h"

@@ -12,11 +12,11 @@
 #include <string_view>
 #include <vector>
 
-#include "coordinator/cli/answer_journal.h"
-#include "coordinator/cli/cluster_session.h"
-#include "coordinator/cli/prepared_scenario.h"
-#include "coordinator/cli/stderr_progress.h"
 #include "coordinator/progress/progress.h"
+#include "coordinator/progress/stderr_progress.h"
+#include "coordinator/run/answer_journal.h"
+#include "coordinator/run/cluster_session.h"
+#include "coordinator/run/prepared_scenario.h"
 #include "coordinator/run_directory/run_directory.h"
 #include "coordinator/run_directory/run_logs.h"
 #include "coordinator/study/study.h"

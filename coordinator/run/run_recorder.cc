@@ -1,4 +1,4 @@
-#include "coordinator/cli/run_recorder.h"
+#include "coordinator/run/run_recorder.h"
 
 #include <fmt/format.h>
 #include <unistd.h>

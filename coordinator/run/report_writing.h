@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "coordinator/cli/stderr_progress.h"
+#include "coordinator/progress/stderr_progress.h"
 #include "coordinator/run_directory/run_directory.h"
 #include "sim/rollout/rollout.h"
 #include "sim/scenarios/scenario_files.h"
