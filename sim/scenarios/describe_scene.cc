@@ -250,8 +250,9 @@ std::string DescribeSceneFormat() {
       "and\n"
       "units combine names with `*`, `/` and integer powers; angles are in `rad` or `deg`. Names of files are relative "
       "to\n"
-      "the scenario's folder. `knap validate FILE` reports everything that is wrong in a file, with line and "
-      "column.\n\n";
+      "the scenario's folder; what is not there under `library/` is looked for in the nearest folder `library` above, "
+      "which\n"
+      "scenarios share. `knap validate FILE` reports everything that is wrong in a file, with line and column.\n\n";
   for (const Table& table : collector.TakeTables()) {
     text += fmt::format("## {}\n\n| key | value | if left out | meaning |\n|---|---|---|---|\n", table.title);
     for (const Row& row : table.rows) {

@@ -36,6 +36,28 @@ FileBytes ReadFile(const std::filesystem::path& path) {
 
 }  // namespace
 
+std::filesystem::path FindScenarioFile(const std::filesystem::path& folder, const std::string& path) {
+  namespace fs = std::filesystem;
+  const fs::path beside = folder / path;
+  std::error_code ignored;
+  if (fs::exists(beside, ignored)) return beside;
+  // Upwards from what stands before the component.
+  fs::path above, within;
+  for (const fs::path& component : fs::path(path)) {
+    if (within.empty() && component != "library") {
+      above /= component;
+    } else {
+      within /= component;
+    }
+  }
+  if (within.empty()) return beside;
+  const fs::path start = fs::absolute(folder / above, ignored).lexically_normal();
+  for (fs::path at = start; at.has_relative_path(); at = at.parent_path()) {
+    if (fs::exists(at.parent_path() / within, ignored)) return at.parent_path() / within;
+  }
+  return beside;
+}
+
 LoadedScenario LoadScenario(const std::filesystem::path& config, std::span<const std::string> overrides) {
   LoadedScenario loaded;
   const FileBytes text = ReadFile(config);
@@ -45,14 +67,14 @@ LoadedScenario LoadScenario(const std::filesystem::path& config, std::span<const
     return loaded;
   }
   const auto read = [&config](const std::string& path) {
-    const std::filesystem::path at = config.parent_path() / path;
+    const std::filesystem::path at = FindScenarioFile(config.parent_path(), path);
     FileBytes file = ReadFile(at);
     if (!file.error.empty()) throw std::runtime_error(file.error);
     return IncludedText{at.string(), std::move(file.bytes)};
   };
   loaded.parsed = ParseScene(text.bytes, config.string(), overrides, read);
   for (const FileReference& reference : loaded.parsed.files) {
-    const std::filesystem::path path = config.parent_path() / reference.path;
+    const std::filesystem::path path = FindScenarioFile(config.parent_path(), reference.path);
     FileBytes file = ReadFile(path);
     if (!file.error.empty()) {
       loaded.parsed.log.Report(reference.field,

@@ -19,7 +19,12 @@ struct LoadedScenario {
   std::map<std::string, std::string> files;
 };
 
-// Reads the scenario at `config` and the files it names, which are relative to its folder. All that is wrong,
+// Where the file lies that a scenario in `folder` names: folder/path; for a path with a component "library" that is not
+// there, a/library/b, the nearest library/b upwards from folder/a, so that scenarios of several folders share one. The
+// name stays as written, and a run keeps its own copy under it.
+std::filesystem::path FindScenarioFile(const std::filesystem::path& folder, const std::string& path);
+
+// Reads the scenario at `config` and the files it names (FindScenarioFile). All that is wrong,
 // unreadable files included, is in parsed.FormatErrors(). Messages name the scenario as `config` is written.
 LoadedScenario LoadScenario(const std::filesystem::path& config, std::span<const std::string> overrides = {});
 

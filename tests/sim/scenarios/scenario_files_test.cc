@@ -80,6 +80,30 @@ TEST_F(ScenarioFilesTest, MissingFilesAreErrorsOfTheConfig) {
   EXPECT_TRUE(loaded.files.empty());
 }
 
+TEST_F(ScenarioFilesTest, ALibraryAboveIsShared) {
+  fs::create_directories(folder_ / "tasks/deep/robots");
+  fs::create_directories(folder_ / "library/rings");
+  Write("library/rings/ring.obj", "ring");
+  const auto find = [&](const std::string& path) { return FindScenarioFile(folder_ / "tasks/deep", path); };
+  EXPECT_EQ(find("library/rings/ring.obj"), folder_ / "library/rings/ring.obj");
+  EXPECT_EQ(find("robots/library/rings/ring.obj"), folder_ / "library/rings/ring.obj") << "of an included file";
+  EXPECT_EQ(find("library/none.obj"), folder_ / "tasks/deep/library/none.obj") << "what a message shows";
+  EXPECT_EQ(find("rings/ring.obj"), folder_ / "tasks/deep/rings/ring.obj");
+  fs::create_directories(folder_ / "tasks/library/rings");
+  Write("tasks/library/rings/ring.obj", "nearer");
+  EXPECT_EQ(find("library/rings/ring.obj"), folder_ / "tasks/library/rings/ring.obj");
+
+  std::string text = kEverythingYaml;
+  text.replace(text.find("meshes/tool.obj"), 15, "library/t.obj");
+  Write("tasks/scene.yaml", text);
+  fs::create_directories(folder_ / "tasks/meshes");
+  Write("tasks/meshes/tool_cage.obj", "");
+  Write("library/t.obj", "shared");
+  const LoadedScenario loaded = LoadScenario(folder_ / "tasks/scene.yaml");
+  ASSERT_TRUE(loaded.parsed.ok()) << loaded.parsed.FormatErrors();
+  EXPECT_EQ(loaded.files.at("library/t.obj"), "shared");
+}
+
 TEST_F(ScenarioFilesTest, AMissingScenarioIsAnError) {
   const LoadedScenario loaded = LoadScenario(folder_ / "none.yaml");
   EXPECT_EQ(loaded.parsed.FormatErrors(),
