@@ -16,6 +16,7 @@
 namespace knap {
 
 using Eigen::AlignedBox3d;
+using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 namespace {
@@ -131,20 +132,35 @@ bool MayReach(const DepthField& field, const Vector3d& center, double radius) {
   return std::visit([&](const auto& f) { return MayReach(f, center, radius); }, field);
 }
 
+// Whether the circle in which a facet's plane meets a sphere may reach the facet, all in B: not if it lies outside of
+// one of the edges. Of the facets near a sphere nine in ten are missed.
+bool MayReach(const Facet& facet, const Vector3d& center_B, double radius) {
+  const double h = facet.frame.n.dot(center_B - facet.frame.o);
+  const double circle = radius * radius - h * h;  // its radius, squared
+  if (circle <= 0.0) return false;
+  const Vector2d s = facet.frame.Locate(center_B);
+  for (int k = 0; k < facet.size; ++k) {
+    const Vector2d edge = facet.corner[(k + 1) % facet.size] - facet.corner[k];
+    const Vector2d to = s - facet.corner[k];
+    const double inward = edge.x() * to.y() - edge.y() * to.x();
+    if (inward < 0.0 && inward * inward > circle * edge.squaredNorm()) return false;
+  }
+  return true;
+}
+
 // The facets near the field are cut, ascending.
 void CutNearFacets(const ContactSide& side, NearFacets* near, const Pose& X_SB, FacetRegions* out) {
   out->clear();
   const ContactMesh& mesh = *side.facets;
-  // A sphere is missed by most planes of the facets around it.
   const auto* round = std::get_if<RoundField>(&side.field);
   const bool is_sphere = round != nullptr && round->half_length == 0.0;
   const Vector3d center_B = is_sphere ? X_SB.ApplyInverse(round->center) : Vector3d::Zero();
   for (const int i : near->Find(side, X_SB)) {
-    const PlaneFrame& plane = mesh.facets()[i].frame;
-    if (is_sphere && std::abs(plane.n.dot(center_B - plane.o)) > round->radius) continue;
+    const Facet& facet = mesh.facets()[i];
     const ContactMesh::Ball& ball = mesh.balls()[i];
-    if (MayReach(side.field, X_SB * ball.center, ball.radius))
-      CutFacet(i, Move(X_SB, mesh.facets()[i]), side.field, out);
+    const bool may_reach =
+        is_sphere ? MayReach(facet, center_B, round->radius) : MayReach(side.field, X_SB * ball.center, ball.radius);
+    if (may_reach) CutFacet(i, Move(X_SB, facet), side.field, out);
   }
 }
 
