@@ -7,6 +7,7 @@
 #include <map>
 #include <string_view>
 
+#include "coordinator/run/problem_from_scene.h"
 #include "coordinator/run/usage_error.h"
 #include "sim/scenarios/field_visitor.h"
 #include "sim/scenarios/nearest_name.h"
@@ -132,6 +133,22 @@ std::vector<double> ReadNominalVariation(Scene scene) {
   std::vector<double> values;
   for (const double* value : FindNumericKeys(scene, paths)) values.push_back(*value);
   return values;
+}
+
+std::vector<double> SampleTestVariation(const LoadedScenario& scenario, std::optional<std::uint64_t> seed,
+                                        std::uint64_t number) {
+  const Scene& scene = scenario.parsed.scene;
+  return SampleVariation(MakeProblem(scene, scenario.files).variations,
+                         seed.value_or(static_cast<std::uint64_t>(scene.evaluation.seed)),
+                         RandomStream::kTestVariations, number);
+}
+
+void SplitControls(const std::vector<double>& values, std::size_t count, Eigen::VectorXd* design,
+                   Eigen::VectorXd* controls) {
+  const Eigen::Map<const Eigen::VectorXd> all(values.data(), static_cast<Eigen::Index>(values.size()));
+  const auto n = static_cast<Eigen::Index>(count);
+  *design = all.head(all.size() - n);
+  *controls = all.tail(n);
 }
 
 std::string QuoteForShell(const std::string& text) {

@@ -1,11 +1,15 @@
 // Designs and variations as they are written on the command line.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "coordinator/learning/problem.h"
+#include "sim/scenarios/scenario_files.h"
 #include "sim/scenarios/scene.h"
 
 namespace knap {
@@ -29,6 +33,14 @@ std::vector<double> ParseVariationValues(const std::string& text, const std::str
 
 // What the file itself gives for the varied keys.
 std::vector<double> ReadNominalVariation(Scene scene);
+
+// Variation `number` of the stream that tests draw from; `seed` or, without one, evaluation.seed.
+std::vector<double> SampleTestVariation(const LoadedScenario& scenario, std::optional<std::uint64_t> seed,
+                                        std::uint64_t number);
+
+// The last `count` of `values` are controls or weights, the others design.
+void SplitControls(const std::vector<double>& values, std::size_t count, Eigen::VectorXd* design,
+                   Eigen::VectorXd* controls);
 
 // `text` as one word of a shell's command line.
 std::string QuoteForShell(const std::string& text);
