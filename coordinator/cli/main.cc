@@ -1,6 +1,7 @@
 // The program knap.
 #include <CLI/CLI.hpp>
 #include <functional>
+#include <string>
 
 #include "coordinator/cli/evaluate_command.h"
 #include "coordinator/cli/exit_codes.h"
@@ -13,15 +14,19 @@
 #include "coordinator/cli/rollout_command.h"
 #include "coordinator/cli/status_command.h"
 #include "coordinator/cli/study_command.h"
+#include "coordinator/cli/trace_command.h"
 #include "coordinator/cli/validate_command.h"
 #include "coordinator/cli/verify_log_command.h"
+#include "coordinator/run/loaded_run.h"
 #include "lcmtypes/program/command_line.h"
 #include "lcmtypes/program/standard_streams.h"
 
 int main(int argc, char** argv) {
   knap::SecureStandardStreams();
   CLI::App app("Learns the shape of a robot's tool on a cluster of differentiable simulators.", "knap");
-  app.set_version_flag("--version", "knap " KNAP_VERSION);
+  app.set_version_flag(
+      "--version", [] { return "knap " KNAP_VERSION ", build " + knap::FindBuild() + "\nwith " KNAP_LIBRARIES; },
+      "version, build and libraries");
   app.require_subcommand(1);
   std::function<int()> command;
   knap::AddLearnCommand(&app, &command);
@@ -33,6 +38,7 @@ int main(int argc, char** argv) {
   knap::AddRepairCommand(&app, &command);
   knap::AddReportCommand(&app, &command);
   knap::AddRolloutCommand(&app, &command);
+  knap::AddTraceCommand(&app, &command);
   knap::AddValidateCommand(&app, &command);
   knap::AddStatusCommand(&app, &command);
   knap::AddVerifyLogCommand(&app, &command);

@@ -21,6 +21,7 @@
 #include "coordinator/run_directory/durable_file.h"
 #include "coordinator/run_directory/json_text.h"
 #include "coordinator/watch/cluster_view.h"
+#include "coordinator/watch/prometheus_text.h"
 #include "coordinator/watch/status_text.h"
 #include "lcmtypes/program/standard_streams.h"
 #include "lcmtypes/wire/clock.h"
@@ -36,7 +37,7 @@ constexpr std::int64_t kRedrawUs = 500'000;
 constexpr std::int64_t kSettleUs = 1'200'000;  // after the first word: every worker and run speaks at least twice
 
 struct StatusArguments {
-  std::string run, lcm_url, key_file;
+  std::string run, lcm_url, key_file, prometheus;
   double wait_s = 3.0;
   bool json = false;
 };
@@ -128,13 +129,15 @@ int RunStatus(const StatusArguments& arguments) {
         "nobody is heard at {} within {} s{}", bus.url, arguments.wait_s,
         view.refusals().total() > 0 ? fmt::format(" ({} messages have another key)", view.refusals().total()) : ""));
   }
-  const bool live = !arguments.json && DetectTerminal(STDOUT_FILENO).is_terminal;
+  const bool live = !arguments.json && arguments.prometheus.empty() && DetectTerminal(STDOUT_FILENO).is_terminal;
   if (live) {
     Watch(transport.get(), clock, bus.known, &view);
     return kExitDone;
   }
   ListenUntil(clock.now_us() + kSettleUs, transport.get(), clock, &view);
-  if (arguments.json) {
+  if (!arguments.prometheus.empty()) {
+    WriteFileAtomically(arguments.prometheus, FormatPrometheus(view, clock.now_us()));
+  } else if (arguments.json) {
     WriteOutput(fmt::format("{}\n", MakeJsonText(MakeStatusJson(view, bus.known, clock.now_us(), bus.url), 2)));
   } else {
     WriteOutput(FormatStatus(view, bus.known, clock.now_us(), 120, false));
@@ -153,7 +156,11 @@ void AddStatusCommand(CLI::App* app, std::function<int()>* command) {
   status->add_option("--key", arguments->key_file, "file with the run's key (default: the run's, else a public one)");
   status->add_option("--wait", arguments->wait_s, "seconds to wait for a first word (default: 3)")
       ->check(CLI::Range(0.1, 1e6));
-  status->add_flag("--json", arguments->json, "one snapshot as JSON on stdout");
+  CLI::Option* json = status->add_flag("--json", arguments->json, "one snapshot as JSON on stdout");
+  status
+      ->add_option("--prometheus", arguments->prometheus,
+                   "one snapshot into FILE as text for Prometheus, such as node_exporter collects")
+      ->excludes(json);
   status->callback([arguments, command] { *command = [arguments] { return RunStatus(*arguments); }; });
 }
 

@@ -20,16 +20,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMostShown = 6000;  // rollouts of a timeline: what a page draws at once
 
-std::vector<Json> ReadEvents(const RunDirectory& run) {
-  std::vector<Json> events;
-  std::istringstream text(ReadFile(run.events_path()));
-  for (std::string line; std::getline(text, line);) {
-    Json event = Json::parse(line, nullptr, false);
-    if (event.is_object()) events.push_back(std::move(event));
-  }
-  return events;
-}
-
 Json MakeColumn(const CsvTable& table, const char* name) {
   Json column = Json::array();
   for (std::size_t i = 0; i < table.size(); ++i) column.push_back(MakeJsonNumber(table.GetNumber(i, name)));
@@ -59,6 +49,16 @@ std::string DescribeDetails(const Json& event) {
 }
 
 }  // namespace
+
+std::vector<Json> ReadEvents(const RunDirectory& run) {
+  std::vector<Json> events;
+  std::istringstream text(ReadFile(run.events_path()));
+  for (std::string line; std::getline(text, line);) {
+    Json event = Json::parse(line, nullptr, false);
+    if (event.is_object()) events.push_back(std::move(event));
+  }
+  return events;
+}
 
 Json MakeLearningJson(const RunDirectory& run) {
   const CsvTable metrics(ReadFile(run.metrics_path()));

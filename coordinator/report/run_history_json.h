@@ -2,12 +2,15 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "coordinator/run_directory/run_directory.h"
 #include "sim/scenarios/csv_text.h"
 
 namespace knap {
 
+// The objects of events.jsonl, in order.
+std::vector<nlohmann::ordered_json> ReadEvents(const RunDirectory& run);
 // One entry an optimizer evaluation and one a batch.
 nlohmann::ordered_json MakeLearningJson(const RunDirectory& run);
 // Who computed what and when. Of a long run every k-th rollout, `every` says which k.

@@ -22,8 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string CalcBuild() { return FormatShort(CalcSha256(ReadFile("/proc/self/exe"))); }
-
 // A folder that is not what the command line says is bad usage; a disk that refuses is not.
 template <typename Action>
 RunDirectory AsUsage(const Action& action) {
@@ -37,6 +35,8 @@ RunDirectory AsUsage(const Action& action) {
 }
 
 }  // namespace
+
+std::string FindBuild() { return FormatShort(CalcSha256(ReadFile("/proc/self/exe"))); }
 
 std::vector<double> ReadLearnedTheta(const RunDirectory& run, std::size_t size) {
   if (!fs::exists(run.result_path())) {
@@ -87,7 +87,7 @@ RunDirectory OpenRunOfThisBuild(const fs::path& path) {
   } catch (const nlohmann::json::exception& e) {
     throw UsageError(fmt::format("{}: {}", run.info_path().string(), e.what()));
   }
-  const std::string build = CalcBuild();
+  const std::string build = FindBuild();
   if (begun_by != build) {
     throw UsageError(
         fmt::format("{}: begun by another build of knap ({}; this one is {}), whose bits may differ: resume it with "
@@ -110,9 +110,9 @@ LoadedScenario LoadValidScenario(const fs::path& config, std::span<const std::st
 }
 
 void WriteScenario(const LoadedScenario& scenario, const RunDirectory& run) {
-  const std::set<std::string> own = {"config.yaml",  "run.json",        "journal",     "metrics.csv", "rollouts.csv",
-                                     "events.jsonl", "evaluation.json", "result.json", "report.html", "tool",
-                                     "policy",       "workers",         "key"};
+  const std::set<std::string> own = {"config.yaml",  "run.json",   "journal",         "metrics.csv", "rollouts.csv",
+                                     "events.jsonl", "trace.json", "evaluation.json", "result.json", "report.html",
+                                     "tool",         "policy",     "workers",         "key"};
   for (const auto& [name, bytes] : scenario.files) {
     if (name == kScenarioFileName) continue;
     const std::string first = *fs::path(name).begin();
@@ -129,7 +129,7 @@ void WriteScenario(const LoadedScenario& scenario, const RunDirectory& run) {
 RunInfo MakeRunInfo(const LoadedScenario& scenario, const std::string& config_hash, const EngineIdentity& engine) {
   RunInfo info;
   info.version = KNAP_VERSION;
-  info.build = CalcBuild();
+  info.build = FindBuild();
   info.scenario = scenario.parsed.scene.name;
   const LearningOptions options = MakeLearningOptions(scenario.parsed.scene);
   info.method = GetName(options.method);

@@ -13,6 +13,9 @@
 
 namespace knap {
 
+// Of this program: the first digits of the SHA-256 of its file.
+std::string FindBuild();
+
 // Throws UsageError with all that is wrong, one line each, unless the scenario is valid.
 LoadedScenario LoadValidScenario(const std::filesystem::path& config, std::span<const std::string> overrides);
 

@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 #include "coordinator/dispatch/answer_cache.h"
 #include "coordinator/watch/cluster_view.h"
+#include "coordinator/watch/prometheus_text.h"
 #include "coordinator/watch/run_recording.h"
 #include "coordinator/watch/status_text.h"
 #include "lcmtypes/wire/channels.h"
@@ -54,6 +56,34 @@ run_status_t MakeRun(std::int64_t sequence) {
   status.scenario = "pushing";
   status.method = "ours";
   return status;
+}
+
+// One line a sample, in the format that promtool and node_exporter read.
+TEST(ClusterViewTest, SpeaksPrometheus) {
+  ClusterView view{RunKey()};
+  run_status_t run = MakeRun(1);
+  run.scenario = "push \"it\" \\ far";
+  run.loss = std::nan("");
+  run.best_loss = std::numeric_limits<double>::infinity();
+  view.Handle(MakeMessage(kRunStatusChannel, run, kSecond));
+  view.Handle(MakeMessage(kWorkerStatusChannel, MakeWorker("a", 7, 1, 10), kSecond));
+  view.Handle(MakeMessage(kWorkerStatusChannel, MakeWorker("b", 8, 1, 20), kSecond));
+  const std::string text = FormatPrometheus(view, 3 * kSecond);
+  const std::string labels = R"({scenario="push \"it\" \\ far",method="ours",run="0000000000000005"} )";
+  EXPECT_THAT(text, HasSubstr("# HELP knap_run_progress_ratio Share of the run that is done.\n"
+                              "# TYPE knap_run_progress_ratio gauge\nknap_run_progress_ratio" +
+                              labels + "0.5\n"));
+  EXPECT_THAT(text, HasSubstr("\nknap_run_requests_reissued_total" + labels + "3\n"));
+  EXPECT_THAT(text, HasSubstr("\nknap_run_best_loss" + labels + "+Inf\n"));
+  EXPECT_THAT(text, Not(HasSubstr("knap_run_loss")));
+  EXPECT_THAT(text, HasSubstr("# TYPE knap_worker_finished_total counter\n"
+                              "knap_worker_finished_total{worker=\"a\",host=\"node\",engine=\"knap\","
+                              "instance=\"0000000000000007\"} 10\n"
+                              "knap_worker_finished_total{worker=\"b\",host=\"node\",engine=\"knap\","
+                              "instance=\"0000000000000008\"} 20\n"));
+  EXPECT_THAT(text, HasSubstr("knap_worker_silence_seconds{worker=\"a\",host=\"node\",engine=\"knap\","
+                              "instance=\"0000000000000007\"} 2\n"));
+  EXPECT_EQ(FormatPrometheus(ClusterView{RunKey()}, 0), "");
 }
 
 TEST(ClusterViewTest, TellsRatesStatesAndSilence) {

@@ -33,6 +33,20 @@ if command -v -- "$chromium" >/dev/null; then
   python3 -B "$here/check_report.py" "$chromium" "$run/report.html" \
     --expect replay,map,shape,learning,certificates,timeline,repeat
 fi
+# Its timeline: a slice a rollout, those of one worker one after the other, and the batches.
+"$knap" trace "$run" >/dev/null
+python3 - "$run" <<'EOF'
+import csv, json, sys
+events = json.load(open(f"{sys.argv[1]}/trace.json"))["traceEvents"]
+rows = {e["tid"]: e["args"]["name"] for e in events if e["ph"] == "M"}
+assert list(rows.values())[0] == "coordinator" and len(rows) == 3, rows
+slices = [e for e in events if e["ph"] == "X"]
+rollouts = list(csv.DictReader(open(f"{sys.argv[1]}/rollouts.csv")))
+told = [e for e in slices if "id" in e["args"]]
+assert [(e["args"]["id"], rows[e["tid"]]) for e in told] == [(r["id"], r["worker"]) for r in rollouts]
+assert [e["name"] for e in slices if "id" not in e["args"]] == ["batch 1", "batch 2"], slices
+assert all(e["dur"] > 0 and e["ts"] >= 0 for e in slices)
+EOF
 # What has not ended has no report, and says how it goes on.
 rm -- "$run/result.json"
 if "$knap" report "$run" 2>message; then exit 1; fi
