@@ -15,6 +15,7 @@
 #include "coordinator/run/loaded_run.h"
 #include "coordinator/run/loss_unit.h"
 #include "coordinator/run/prepared_scenario.h"
+#include "coordinator/run/report_writing.h"
 #include "coordinator/run/request_volume.h"
 #include "coordinator/run/study_recorder.h"
 #include "coordinator/run/usage_error.h"
@@ -65,11 +66,9 @@ StudyOptions MakeStudyOptions(const StudyArguments& arguments, const PreparedSce
   return options;
 }
 
-fs::path FindPlan(const RunDirectory& study) { return study.path() / "study.json"; }
-
 // Methods and seeds of a study that is to go on, in place of the command line's.
 void ReadPlan(const RunDirectory& study, StudyArguments* arguments) {
-  const fs::path path = FindPlan(study);
+  const fs::path path = study.study_path();
   if (!fs::exists(path)) throw UsageError(fmt::format("{}: no study (it holds no study.json)", study.path().string()));
   try {
     const Json plan = Json::parse(ReadFile(path));
@@ -88,7 +87,7 @@ RunDirectory MakeStudy(const StudyArguments& arguments, const PreparedScenario& 
                        const RunInfo& info) {
   return MakeNewRun({"studies", arguments.out}, info, [&](const RunDirectory& study) {
     study.WriteRunInfo(info);
-    WriteFileAtomically(FindPlan(study), MakeJsonText(MakePlanJson(options), 2) + "\n");
+    WriteFileAtomically(study.study_path(), MakeJsonText(MakePlanJson(options), 2) + "\n");
     WriteScenario(prepared.scenario, study);
   });
 }
@@ -170,10 +169,11 @@ std::string FormatTable(const StudyOptions& options, const StudyResult& result, 
                         fmt::format("{:.0f}", summary.rollouts_mean)},
                        has_success);
   }
-  return text +
-         fmt::format("\n  figures   {}\n  each run  {} and so on, like those of knap learn\n",
-                     CleanText(FindPlan(study).string()),
-                     CleanText((study.path() / StudyRecorder::MakeRunName(result.runs.front().learning)).string()));
+  return text + fmt::format(
+                    "\n  report    {} (open it in a browser)\n  figures   {}\n  each run  {} and so on, like those of "
+                    "knap learn\n",
+                    CleanText(study.report_path().string()), CleanText(study.study_path().string()),
+                    CleanText((study.path() / StudyRecorder::MakeRunName(result.runs.front().learning)).string()));
 }
 
 int RunStudyCommand(StudyArguments arguments) {
@@ -213,7 +213,8 @@ int RunStudyCommand(StudyArguments arguments) {
   }
   recorder.Finish();
   const Json results = MakeResultsJson(options, result, service, scene.success.has_value(), recorder.elapsed_s());
-  WriteFileAtomically(FindPlan(*study), MakeJsonText(results, 2) + "\n");
+  WriteFileAtomically(study->study_path(), MakeJsonText(results, 2) + "\n");
+  WriteStudyReport(prepared.scenario, *study, study->report_path());
   recorder.Say(FormatTable(options, result, service, scene, *study, recorder.elapsed_s()));
   if (arguments.json) WriteOutput(fmt::format("{}\n", MakeJsonText(results, 2)));
   return kExitDone;
@@ -228,7 +229,8 @@ void AddStudyCommand(CLI::App* app, std::function<int()>* command) {
   study->add_option("overrides", arguments->overrides, "changes to the scenario: a.b=c");
   CLI::Option* methods =
       study->add_option("--methods", arguments->methods, "comma-separated (default: ours,simple_continual,diffhand)")
-          ->delimiter(',');
+          ->delimiter(',')
+          ->allow_extra_args(false);  // what follows is an override
   CLI::Option* seeds = study->add_option("--seeds", arguments->seeds, "how many seeds each method has (default: 10)");
   seeds->check(CLI::Range(1, kMostSeeds));
   study->add_option("--seed", arguments->first_seed, "the first of them (default: the scenario's)");

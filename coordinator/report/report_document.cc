@@ -10,10 +10,11 @@
 #include <utility>
 #include <vector>
 
-#include "coordinator/report/page_text.h"
 #include "coordinator/report/replay_json.h"
+#include "coordinator/report/report_page.h"
 #include "coordinator/report/run_history_json.h"
 #include "coordinator/report/scene_json.h"
+#include "coordinator/report/theta_json.h"
 #include "coordinator/run_directory/durable_file.h"
 #include "coordinator/run_directory/json_text.h"
 #include "sim/scenarios/numeric_keys.h"
@@ -45,22 +46,12 @@ Json MakeRunJson(const ReportSource& source, const Json& info, const Json& resul
           {"config_hash", info.value("config_hash", "")}};
 }
 
-// Of the design alone: controls and weights are too many to be looked at one by one.
 Json MakeThetaJson(const ReportSource& source) {
   const ParameterSpec& parameters = source.problem->parameters;
-  const std::size_t d = parameters.names.size() - parameters.controls;
-  Json units = Json::array();
-  for (std::size_t i = 0; i < d; ++i) units.push_back(parameters.GetUnit(i));
-  const auto head = [&](const std::vector<double>& v) {
-    return std::vector<double>(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(d));
-  };
-  return {{"names", std::vector<std::string>(parameters.names.begin(),
-                                             parameters.names.begin() + static_cast<std::ptrdiff_t>(d))},
-          {"kinds", std::move(units)},
-          {"lower", head(parameters.lower)},
-          {"upper", head(parameters.upper)},
-          {"initial", head(source.tests[0].theta)},
-          {"learned", head(source.tests[1].theta)}};
+  Json theta = MakeBoundsJson(parameters);
+  theta["initial"] = TakeDesign(parameters, source.tests[0].theta);
+  theta["learned"] = TakeDesign(parameters, source.tests[1].theta);
+  return theta;
 }
 
 // The reasons without their figures: "a and b press into one another".
@@ -171,12 +162,6 @@ Json MakeRepeatJson(const ReportSource& source) {
           fmt::format("knap report {}", run)};
 }
 
-void Replace(const std::string& mark, const std::string& text, std::string* page) {
-  const std::size_t at = page->find(mark);
-  if (at == std::string::npos) throw std::logic_error("the report's page has no " + mark);
-  page->replace(at, mark.size(), text);
-}
-
 }  // namespace
 
 std::string MakeReportPage(const ReportSource& source, const std::function<void(int, int)>& progress) {
@@ -198,14 +183,7 @@ std::string MakeReportPage(const ReportSource& source, const std::function<void(
   data["timeline"] = MakeTimelineJson(*source.run, rollouts);
   data["certificates"] = MakeCertificatesJson(rollouts);
   data["repeat"] = MakeRepeatJson(source);
-  std::string text = MakeJsonText(data, -1);
-  // In a script element an end tag, or the beginning of a comment, would be taken for markup.
-  for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos;) text.replace(at, 1, "\\u003c");
-  std::string page = GetPageHtml();
-  Replace("<!--knap:style-->", "<style>\n" + GetPageStyle() + "</style>", &page);
-  Replace("<!--knap:data-->", "<script type=\"application/json\" id=\"data\">" + text + "</script>", &page);
-  Replace("<!--knap:script-->", "<script>\n" + GetPageScript() + "</script>", &page);
-  return page;
+  return MakePage(data);
 }
 
 }  // namespace knap

@@ -1,4 +1,4 @@
-// report.html of a run in its folder, from the run's own answers and rollouts simulated again.
+// report.html: of a run, from its own answers and rollouts simulated again; of a study; of two runs.
 #pragma once
 
 #include <filesystem>
@@ -14,5 +14,12 @@ namespace knap {
 // std::system_error where the disk refuses.
 void WriteReport(const LoadedScenario& scenario, const RunDirectory& run, RolloutModel& model,
                  const std::filesystem::path& path, StderrProgress* shown);
+
+// Of a study that has ended, from its study.json and the files of its runs. Throws UsageError where it has not.
+void WriteStudyReport(const LoadedScenario& scenario, const RunDirectory& study, const std::filesystem::path& path);
+
+// Of two runs that have ended, of scenarios with the same parameters. Throws UsageError where they are not.
+void WriteComparison(const LoadedScenario& scenario, const RunDirectory& first, const RunDirectory& second,
+                     const std::filesystem::path& path);
 
 }  // namespace knap

@@ -56,6 +56,10 @@ void StudyRecorder::Follower::OnEvaluation(const LearningEvaluation& evaluation)
   done = (batch_.batch - 1 + std::min(1.0, within)) / std::max(1, batch_.batches);
 }
 
+void StudyRecorder::Follower::OnValidation(const BatchValidation& validation) {
+  metrics_.SetValidation(validation, recorder_->prepared_.scenario.parsed.scene.success.has_value());
+}
+
 void StudyRecorder::OnInitial(const TestSummary& initial) {
   const std::lock_guard lock(mutex_);
   initial_ = initial;

@@ -59,6 +59,7 @@ class StudyRecorder : public StudyObserver {
     void OnEvaluation(const LearningEvaluation& evaluation) override;
     void OnBatchBox(const BatchBox&) override {}
     void OnBatchEnd(const BatchEnd&) override {}
+    void OnValidation(const BatchValidation& validation) override;
 
     std::atomic<double> done{0.0};  // part of its learning, in [0, 1]
 

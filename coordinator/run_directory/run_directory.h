@@ -58,6 +58,7 @@ class RunDirectory {
   std::filesystem::path metrics_path() const { return path_ / "metrics.csv"; }
   std::filesystem::path rollouts_path() const { return path_ / "rollouts.csv"; }
   std::filesystem::path events_path() const { return path_ / "events.jsonl"; }
+  std::filesystem::path study_path() const { return path_ / "study.json"; }  // of a study alone
   std::filesystem::path trace_path() const { return path_ / "trace.json"; }  // of `knap trace`
   std::filesystem::path result_path() const { return path_ / "result.json"; }
   std::filesystem::path evaluation_path() const { return path_ / "evaluation.json"; }

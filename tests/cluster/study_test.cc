@@ -48,7 +48,7 @@ class StudyTest : public ::testing::Test {
 };
 
 TEST_F(StudyTest, RunsAreThoseOfLearnAndSurviveAKill) {
-  const std::vector<std::string> which = {"--methods", "ours,diffhand", "--seeds", "2", "--seed", "5"};
+  const std::vector<std::string> which = {"--seeds", "2", "--seed", "5", "--methods", "ours,diffhand"};
   RunWell(MakeArguments("study", "calm", which));
   EXPECT_THAT(err_, AllOf(HasSubstr("diffhand"), HasSubstr("median"), HasSubstr("6 variations that no run saw")));
   const Json calm = ReadStudy("calm");
@@ -70,6 +70,16 @@ TEST_F(StudyTest, RunsAreThoseOfLearnAndSurviveAKill) {
 
   // A run's folder is one that other commands take.
   RunWell({"evaluate", "calm/diffhand-6", "--variations", "3"});
+
+  // Its page, and that of two of its runs.
+  EXPECT_THAT(ReadText(folder_ / "calm/report.html"), HasSubstr("\"name\":\"diffhand-6\""));
+  RunWell({"report", "calm", "--out", "again.html"});
+  EXPECT_EQ(ReadText(folder_ / "again.html"), ReadText(folder_ / "calm/report.html"));
+  RunWell({"report", "calm/ours-6", "calm/diffhand-6", "--out", "two.html"});
+  EXPECT_THAT(ReadText(folder_ / "two.html"), AllOf(HasSubstr("\"of_runs\":true"), HasSubstr("ours-6")));
+  ChildProcess alone(KNAP_PROGRAM, {"report", "calm/ours-6"}, folder_ / "", "report_alone");
+  EXPECT_EQ(alone.Wait(), 2);
+  EXPECT_THAT(alone.ReadErr(), HasSubstr("see the study's own report"));
 
   // Killed in the middle, and continued.
   {

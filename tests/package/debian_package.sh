@@ -37,6 +37,20 @@ inside apt-get -qy --no-install-recommends install /knap.deb >>"$work/apt.log" |
 inside useradd --create-home somebody
 inside su somebody -c 'knap --version && cd && knap learn /usr/share/knap/configs/pushing.yaml --out run --quiet \
   learning.variations=10 evaluation.variations=20 && ls run/tool/learned.stl'
+# As docs/container.md has it: workers elsewhere speak through a relay, and the bits are the same.
+cat >"$work/root/external.sh" <<'EOF'
+set -eu
+cd
+(umask 077 && head -c 32 /dev/urandom >run.key)
+knap-relay --port 7711 &
+relay=$!
+for name in one two; do knap-worker --lcm-url tcpq://127.0.0.1:7711 --key run.key --name "$name" & done
+knap learn /usr/share/knap/configs/pushing.yaml --external --lcm-url tcpq://127.0.0.1:7711 --key run.key --out external \
+  --quiet learning.variations=10 evaluation.variations=20
+kill "$relay"
+cmp run/tool/learned.stl external/tool/learned.stl
+EOF
+inside su somebody -c 'sh /external.sh'
 inside userdel --remove somebody 2>/dev/null
 inside apt-get -qy purge knap >>"$work/apt.log"
 list >"$work/after"

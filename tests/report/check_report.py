@@ -87,6 +87,10 @@ class Checks:
             return !lines.length || lines.some((line) => line.getAttribute('d').length < 8);
         }).map((chart) => chart.querySelector('.title').textContent)""")
         self.expect(empty == [], f"charts without data: {empty}")
+        empty = self.ask("""[...document.querySelectorAll('.dotted')].filter((figure) =>
+            figure.checkVisibility() && !figure.querySelector('circle')
+        ).map((figure) => figure.querySelector('.title').textContent)""")
+        self.expect(empty == [], f"rows of dots without a dot: {empty}")
         if self.shown("learning"):
             self.expect(self.ask("document.querySelector('#learning .chart') !== null"), "no learning curve")
         if self.shown("map"):
@@ -294,6 +298,24 @@ class Checks:
             self.ask("test.frames(3)")
             self.expect(self.ask("test.image()") != initial, "trying a parameter changes no shape")
 
+    def check_comparison(self):
+        """A dot a run and group in the first drawing, a row a group in the table; parameters open."""
+        groups, runs = self.ask("""(() => {
+            const { groups } = JSON.parse(document.getElementById('data').textContent).comparison;
+            const rated = (run) => run.test.success_rate ?? run.test.loss_mean;
+            return [groups.length, groups.flatMap((one) => one.runs).filter((run) => rated(run) !== null).length];
+        })()""")
+        dots = self.ask("document.querySelector('#comparison .dotted').querySelectorAll('circle').length")
+        self.expect(dots == runs, f"{dots} dots for {runs} runs")
+        rows = self.ask("document.querySelectorAll('#comparison tbody tr').length")
+        self.expect(rows == groups, f"{rows} rows for {groups} groups")
+        if self.ask("document.querySelector('#comparison details') !== null"):
+            self.ask("document.querySelector('#comparison summary').click()")
+            self.ask("test.frames(6)")
+            names = self.ask("JSON.parse(document.getElementById('data').textContent).theta.names.length")
+            drawn = self.ask("document.querySelectorAll('#comparison details .dotted circle').length")
+            self.expect(drawn > 0 and drawn % names == 0, f"{drawn} dots for {names} parameters")
+
     # --- All -------------------------------------------------------------------------------------------------------
 
     def check_uses(self):
@@ -309,6 +331,8 @@ class Checks:
             self.check_map_keys()
         if self.shown("shape"):
             self.check_shape()
+        if self.shown("comparison"):
+            self.check_comparison()
 
 
 def check_text(page):

@@ -372,8 +372,35 @@ def bare(seed):
     return {key: part[key] for key in ("format", "knap", "run", "loss_unit", "has_success")}
 
 
+def study(seed):
+    """Three methods with five seeds each; one run of one of them failed altogether."""
+    source = random.Random(seed)
+    part = run_part("study", "Methods beside each other", True, seed)
+    data = {key: part[key] for key in ("format", "knap", "run", "loss_unit", "has_success")}
+    data["theta"] = {"names": ["width", "depth"], "kinds": ["m", ""], "lower": [0.01, -1.0], "upper": [0.05, 1.0],
+                     "initial": [0.02, 0.0]}
+    groups = []
+    for method, level in (("ours", 0.95), ("simple_continual", 0.8), ("diffhand", 0.5)):
+        runs = []
+        for k in range(5):
+            failed = method == "diffhand" and k == 4
+            rate = min(1.0, level + source.uniform(-0.1, 0.05))
+            rollouts = [10 * (i + 1) for i in range(20)]
+            losses = [1e-4 * 0.7 ** i for i in range(20)]
+            runs.append({
+                "name": f"{method}-{k}", "rollouts": 200, "theta": [source.uniform(0.01, 0.05), source.uniform(-1, 1)],
+                "test": {"success_rate": 0.0 if failed else rate, "loss_mean": None if failed else 1e-4 * (1 - rate),
+                         "worst_decile_loss": None if failed else 1e-3 * (1 - rate)},
+                "curve": {"rollouts": rollouts, "best_loss": losses, "validation_loss": losses,
+                          "validation_success": [min(rate, 0.2 + 0.05 * i) for i in range(20)]}})
+        groups.append({"name": method, "runs": runs})
+    data["comparison"] = {"initial": {"success_rate": 0.2, "loss_mean": 3e-4}, "of_runs": False, "groups": groups}
+    data["repeat"] = ["knap study study/config.yaml --seeds 5", "knap report study"]
+    return data
+
+
 def main():
-    kinds = {"pushing": pushing, "rope": rope, "bare": bare}
+    kinds = {"pushing": pushing, "rope": rope, "bare": bare, "study": study}
     if len(sys.argv) < 2 or sys.argv[1] not in kinds:
         sys.exit(__doc__)
     data = kinds[sys.argv[1]](int(sys.argv[2]) if len(sys.argv) > 2 else 0)

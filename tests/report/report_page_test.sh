@@ -21,9 +21,9 @@ trap 'rm -rf -- "$work"' EXIT
 
 # The sections that the sample has data for must be there.
 all='replay,map,shape,learning,certificates,timeline,repeat'
-declare -A expected=([pushing]=$all [rope]=$all [bare]='')
+declare -A expected=([pushing]=$all [rope]=$all [bare]='' [study]='comparison,repeat')
 failed=0
-for sample in pushing rope bare; do
+for sample in pushing rope bare study; do
   # A name with a space, as folders of runs may have.
   report="$work/$sample report.html"
   python3 -B "$here/make_sample.py" "$sample" >"$work/$sample.json"

@@ -33,6 +33,11 @@ if command -v -- "$chromium" >/dev/null; then
   python3 -B "$here/check_report.py" "$chromium" "$run/report.html" \
     --expect replay,map,shape,learning,certificates,timeline,repeat
 fi
+# Beside itself.
+"$knap" report "$run" "$run" --out both.html | grep -q 'both.html'
+if command -v -- "$chromium" >/dev/null; then
+  python3 -B "$here/check_report.py" "$chromium" both.html --expect comparison,repeat
+fi
 # Its timeline: a slice a rollout, those of one worker one after the other, and the batches.
 "$knap" trace "$run" >/dev/null
 python3 - "$run" <<'EOF'

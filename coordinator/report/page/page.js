@@ -89,8 +89,9 @@
     document.getElementById("title").textContent = title;
     document.getElementById("asked").textContent = data.run?.description ?? "";
     document.getElementById("result").append(knap.summary.make(data));
+    fillSection("comparison", knap.comparison.make(data));
     const replay = fillReplays(data, variations, scene);
-    const shape = data.theta?.names?.length ? new knap.ShapeView(data, scene) : null;
+    const shape = data.theta?.names?.length && !data.comparison ? new knap.ShapeView(data, scene) : null;
     fillSection("shape", shape?.node);
     fillSection("learning", knap.learning.make(data));
     fillSection("certificates", knap.summary.certificates(data));

@@ -68,6 +68,7 @@
   }
 
   function trust(data) {
+    if (data.comparison) return null;
     const sentences = trustSentences(data);
     const variations = data.test?.variations;
     if (sentences.length) return html("p", { class: "trust warning" }, sentences.join(" "));

@@ -1,0 +1,12 @@
+// One HTML file of the page's text, style and scripts (page/) around one JSON document.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace knap {
+
+// `data` as page/README.md lists it.
+std::string MakePage(const nlohmann::ordered_json& data);
+
+}  // namespace knap
