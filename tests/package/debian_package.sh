@@ -45,8 +45,8 @@ cd
 knap-relay --port 7711 &
 relay=$!
 for name in one two; do knap-worker --lcm-url tcpq://127.0.0.1:7711 --key run.key --name "$name" & done
-knap learn /usr/share/knap/configs/pushing.yaml --external --lcm-url tcpq://127.0.0.1:7711 --key run.key --out external \
-  --quiet learning.variations=10 evaluation.variations=20
+knap learn /usr/share/knap/configs/pushing.yaml --external --lcm-url tcpq://127.0.0.1:7711 --key run.key \
+  --out external --quiet learning.variations=10 evaluation.variations=20
 kill "$relay"
 cmp run/tool/learned.stl external/tool/learned.stl
 EOF

@@ -123,8 +123,8 @@
         return progress && { name: group.name, style: styleOf(i), stepped: true, ...progress };
       }).filter((one) => one && one.ys.some(known));
       if (!series.length) return null;
-      return new knap.LineChart({ title: data.comparison.of_runs ? title : `${title}, mean over runs`, unit, xLabel: "rollouts", series, fromZero,
-        logarithmic: !fromZero, height: 220 }).node;
+      return new knap.LineChart({ title: data.comparison.of_runs ? title : `${title}, mean over runs`, unit,
+        xLabel: "rollouts", series, fromZero, logarithmic: !fromZero, height: 220 }).node;
     }).filter(Boolean);
   }
 
