@@ -96,7 +96,7 @@ void RequireParameters(const Scene& scene) {
 
 }  // namespace
 
-bool HasParameters(const Scene& scene) { return scene.design || scene.IsDriven(); }
+bool HasParameters(const World& world) { return world.design || world.IsDriven(); }
 
 Problem MakeProblem(const Scene& scene, const std::map<std::string, std::string>& files) {
   RequireParameters(scene);

@@ -18,7 +18,7 @@ namespace knap {
 Problem MakeProblem(const Scene& scene, const std::map<std::string, std::string>& files = {});
 
 // Whether there is anything that MakeProblem could name.
-bool HasParameters(const Scene& scene);
+bool HasParameters(const World& world);
 
 // Throws std::invalid_argument for what only the optimizer can refuse, such as an unknown algorithm.
 LearningOptions MakeLearningOptions(const Scene& scene);

@@ -20,12 +20,12 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-Vector3d CalcGravity(const Scene& scene) {
-  if (!scene.gravity_direction) return scene.gravity;
-  const double z = scene.gravity_direction->rise;
+Vector3d CalcGravity(const World& world) {
+  if (!world.gravity_direction) return world.gravity;
+  const double z = world.gravity_direction->rise;
   const double level = std::sqrt(std::max(0.0, 1.0 - z * z));
-  const double azimuth = scene.gravity_direction->azimuth;
-  return scene.gravity.norm() * Vector3d(level * std::cos(azimuth), level * std::sin(azimuth), z);
+  const double azimuth = world.gravity_direction->azimuth;
+  return world.gravity.norm() * Vector3d(level * std::cos(azimuth), level * std::sin(azimuth), z);
 }
 
 // The level axis across a direction; any one where the direction is plumb. Of its two senses the one nearer to a fixed
@@ -287,13 +287,13 @@ std::vector<ContactGeometry> MakeGeometries(const Shape& shape, const std::vecto
 }
 
 // A name in a contact stands for a body or for each link of a rope: what all of these touch with.
-std::vector<ContactGeometry> MakePartnerGeometries(const Scene& scene, const std::string& name,
+std::vector<ContactGeometry> MakePartnerGeometries(const World& world, const std::string& name,
                                                    const DesignedShapes& designed, const FixedMeshes& meshes) {
-  if (const Rope* rope = FindRope(scene, name)) {
+  if (const Rope* rope = FindRope(world, name)) {
     const Vector3d size(rope->pitch - rope->gap, rope->thickness, rope->thickness);
     return {BoxGeometry{0.5 * size, Vector3d(0.5 * rope->pitch, 0.0, 0.0)}};
   }
-  const Body* body = FindBody(scene, name);
+  const Body* body = FindBody(world, name);
   if (body == nullptr) throw std::runtime_error(fmt::format("no body '{}'", name));
   if (body->shapes.empty()) throw std::runtime_error(fmt::format("body '{}' has no shape to touch with", name));
   std::vector<ContactGeometry> out;
@@ -318,12 +318,12 @@ std::vector<int> GetPartners(const SceneModel& model, const std::string& name) {
 }
 
 // Every shape of the one against every shape of the other.
-void AddContact(const Scene& scene, std::size_t index, const DesignedShapes& shapes, const FixedMeshes& meshes,
+void AddContact(const World& world, std::size_t index, const DesignedShapes& shapes, const FixedMeshes& meshes,
                 SceneModel* model) {
-  const Contact& contact = scene.contacts[index];
+  const Contact& contact = world.contacts[index];
   const auto& [first, second] = contact.bodies;
-  const std::vector<ContactGeometry> of_first = MakePartnerGeometries(scene, first, shapes, meshes);
-  const std::vector<ContactGeometry> of_second = MakePartnerGeometries(scene, second, shapes, meshes);
+  const std::vector<ContactGeometry> of_first = MakePartnerGeometries(world, first, shapes, meshes);
+  const std::vector<ContactGeometry> of_second = MakePartnerGeometries(world, second, shapes, meshes);
   ContactPair pair;
   pair.material = {contact.stiffness,          contact.damping,    contact.friction,
                    contact.rolling_resistance, contact.slip_speed, contact.stick_distance};
@@ -344,14 +344,14 @@ void AddContact(const Scene& scene, std::size_t index, const DesignedShapes& sha
   }
 }
 
-GripSpring MakeGrip(const Scene& scene, const Grip& grip, const SceneModel& model) {
+GripSpring MakeGrip(const World& world, const Grip& grip, const SceneModel& model) {
   GripSpring spring;
   spring.holder = model.body_index.at(grip.body);
   spring.p_SA = grip.point;
   spring.p_BP = grip.held_point;
   const auto rope =
-      std::find_if(scene.ropes.begin(), scene.ropes.end(), [&](const Rope& r) { return r.name == grip.held; });
-  if (rope != scene.ropes.end()) {
+      std::find_if(world.ropes.begin(), world.ropes.end(), [&](const Rope& r) { return r.name == grip.held; });
+  if (rope != world.ropes.end()) {
     const std::vector<int>& links = model.links.at(grip.held);
     const int last = static_cast<int>(links.size()) - 1;
     const int link = std::min(last, static_cast<int>(grip.held_point.x() / rope->pitch));
@@ -370,7 +370,7 @@ GripSpring MakeGrip(const Scene& scene, const Grip& grip, const SceneModel& mode
 
 }  // namespace
 
-SceneModel BuildModel(const Scene& scene, const DesignedShapes& shapes, const FixedMeshes& meshes,
+SceneModel BuildModel(const World& world, const DesignedShapes& shapes, const FixedMeshes& meshes,
                       const RecordedPaths& paths) {
   const auto find_masses = [&](const Body& body) {
     std::vector<const MassProperties*> masses(body.shapes.size(), nullptr);
@@ -383,22 +383,22 @@ SceneModel BuildModel(const Scene& scene, const DesignedShapes& shapes, const Fi
     }
     return masses;
   };
-  Builder builder(CalcGravity(scene), paths);
+  Builder builder(CalcGravity(world), paths);
   // Parents first, else in the order of the file.
-  std::vector<bool> added(scene.bodies.size(), false);
-  for (std::size_t count = 0; count < scene.bodies.size(); ++count) {
-    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-      const Body& body = scene.bodies[i];
+  std::vector<bool> added(world.bodies.size(), false);
+  for (std::size_t count = 0; count < world.bodies.size(); ++count) {
+    for (std::size_t i = 0; i < world.bodies.size(); ++i) {
+      const Body& body = world.bodies[i];
       if (added[i] || (body.parent != kWorldName && builder.model().body_index.count(body.parent) == 0)) continue;
       builder.Add(body, find_masses(body));
       added[i] = true;
       break;
     }
   }
-  for (const Rope& rope : scene.ropes) builder.Add(rope);
+  for (const Rope& rope : world.ropes) builder.Add(rope);
   SceneModel model = builder.Finish();
-  for (std::size_t i = 0; i < scene.contacts.size(); ++i) AddContact(scene, i, shapes, meshes, &model);
-  for (const Grip& grip : scene.grips) model.grips.push_back(MakeGrip(scene, grip, model));
+  for (std::size_t i = 0; i < world.contacts.size(); ++i) AddContact(world, i, shapes, meshes, &model);
+  for (const Grip& grip : world.grips) model.grips.push_back(MakeGrip(world, grip, model));
   return model;
 }
 

@@ -52,7 +52,7 @@ struct SceneModel {
 // `shapes` of all designed bodies, without faults; `meshes` of all others that have one. Throws std::runtime_error with
 // one line naming what this simulator cannot do: a contact of a body without shapes, a mass spread over a shape
 // without a volume. Contacts that ContactModel refuses are reported there.
-SceneModel BuildModel(const Scene& scene, const DesignedShapes& shapes, const FixedMeshes& meshes = {},
+SceneModel BuildModel(const World& world, const DesignedShapes& shapes, const FixedMeshes& meshes = {},
                       const RecordedPaths& paths = {});
 
 }  // namespace knap

@@ -17,7 +17,7 @@ Network MakeNetwork(const Policy& policy) {
                  static_cast<int>(policy.actuators.size()), policy.squash == Squash::kTanh);
 }
 
-int CountWeights(const Scene& scene) { return scene.policy ? static_cast<int>(CountPolicyWeights(*scene.policy)) : 0; }
+int CountWeights(const World& world) { return world.policy ? static_cast<int>(CountPolicyWeights(*world.policy)) : 0; }
 
 ClosedLoop MakeClosedLoop(const Scene& scene, const SignalSet& signals, const SceneModel& model,
                           const Eigen::VectorXd& weights) {

@@ -13,7 +13,7 @@ namespace knap {
 Network MakeNetwork(const Policy& policy);
 
 // Number of weights of a scene's policy; 0 without one.
-int CountWeights(const Scene& scene);
+int CountWeights(const World& world);
 
 // `scene` has a policy.
 ClosedLoop MakeClosedLoop(const Scene& scene, const SignalSet& signals, const SceneModel& model,

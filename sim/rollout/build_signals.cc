@@ -28,8 +28,8 @@ Vector3d MakeUnit(Axis axis) { return Vector3d::Unit(static_cast<int>(axis)); }
 // The scene has been checked: bodies and joints exist and fit.
 class SignalSet::Builder {
  public:
-  Builder(Scene scene, const Scene& moved, const SceneModel& model, SignalSet* out)
-      : scene_(std::move(scene)), moved_(moved), model_(model), out_(out) {}
+  Builder(World world, const World& moved, const SceneModel& model, SignalSet* out)
+      : world_(std::move(world)), moved_(moved), model_(model), out_(out) {}
 
   void Build() {
     for (std::size_t i = 0; i < moved_.signals.size(); ++i) {
@@ -82,7 +82,10 @@ class SignalSet::Builder {
   Pointer Make(const CommandSignal& s) const { return MakeCommandSignal(FindCommandRow(moved_, s.actuator)); }
   Pointer Make(const TimeSignal&) const { return MakeTimeSignal(); }
   Pointer Make(const NumberSignal& s) {
-    return MakeConstantSignal(*FindNumericKeys(scene_, std::span(&s.key, 1)).front());
+    const std::vector<NumericKey> keys = ListWorldKeys(world_);
+    const auto found = std::find_if(keys.begin(), keys.end(), [&](const NumericKey& k) { return k.path == s.key; });
+    KNAP_CHECK(found != keys.end(), "no number '{}'", s.key);
+    return MakeConstantSignal(*found->value);
   }
 
   Pointer Make(const DifferenceSignal& s) const {
@@ -107,7 +110,7 @@ class SignalSet::Builder {
   // The point of the signal that is being made.
   template <class Kind>
   WatchedPoint Watch(const Kind& kind) {
-    const auto& on_file = std::get<Kind>(scene_.signals[at_].kind);
+    const auto& on_file = std::get<Kind>(world_.signals[at_].kind);
     out_->points_.push_back({kind.body, on_file.point});
     return {model_.body_index.at(kind.body), kind.point, static_cast<int>(out_->points_.size()) - 1};
   }
@@ -140,18 +143,18 @@ class SignalSet::Builder {
     return parts;
   }
 
-  Scene scene_;
-  const Scene& moved_;
+  World world_;
+  const World& moved_;
   const SceneModel& model_;
   SignalSet* out_;
   std::size_t at_ = 0;
 };
 
-SignalSet::SignalSet(const Scene& scene, const Scene& moved, const SceneModel& model) {
-  Builder(Scene(scene), moved, model, this).Build();
+SignalSet::SignalSet(const World& world, const World& moved, const SceneModel& model) {
+  Builder(World(world), moved, model, this).Build();
 }
 
-int FindCommandRow(const Scene& scene, const std::string& actuator) {
+int FindCommandRow(const World& world, const std::string& actuator) {
   int row = 0;
   const auto find = [&](const std::vector<std::string>& actuators) {
     const auto found = std::find(actuators.begin(), actuators.end(), actuator);
@@ -159,7 +162,7 @@ int FindCommandRow(const Scene& scene, const std::string& actuator) {
     return found != actuators.end();
   };
   const bool is_driven =
-      (scene.controls && find(scene.controls->actuators)) || (scene.policy && find(scene.policy->actuators));
+      (world.controls && find(world.controls->actuators)) || (world.policy && find(world.policy->actuators));
   KNAP_CHECK(is_driven, "no actuator '{}' is driven", actuator);
   return row;
 }

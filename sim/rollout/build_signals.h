@@ -27,7 +27,7 @@ class SignalSet {
  public:
   // `scene` varied, with points where the file has them: watched numbers are its. `moved` has them where theta does;
   // `model` was built from it.
-  SignalSet(const Scene& scene, const Scene& moved, const SceneModel& model);
+  SignalSet(const World& world, const World& moved, const SceneModel& model);
 
   const SignalPointer& Find(const std::string& name) const { return by_name_.at(name); }
   const std::vector<SignalPoint>& points() const { return points_; }
@@ -44,6 +44,6 @@ class SignalSet {
 };
 
 // Row of an actuator's commands among those of the controls, then those of the policy.
-int FindCommandRow(const Scene& scene, const std::string& actuator);
+int FindCommandRow(const World& world, const std::string& actuator);
 
 }  // namespace knap

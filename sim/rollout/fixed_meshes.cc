@@ -42,9 +42,9 @@ FixedMesh MakeFixedMesh(const TriangleMesh& mesh, const Pose& X_BG) {
   return out;
 }
 
-FixedMeshes ReadFixedMeshes(const Scene& scene, const std::map<std::string, std::string>& files) {
+FixedMeshes ReadFixedMeshes(const World& world, const std::map<std::string, std::string>& files) {
   FixedMeshes out;
-  for (const Body& body : scene.bodies) {
+  for (const Body& body : world.bodies) {
     for (std::size_t i = 0; i < body.shapes.size(); ++i) {
       const auto* shape = std::get_if<MeshShape>(&body.shapes[i].kind);
       if (shape == nullptr) continue;

@@ -28,6 +28,6 @@ FixedMesh MakeFixedMesh(const TriangleMesh& mesh, const Pose& X_BG);
 
 // `files` as in scenario_files.h. Throws std::runtime_error with one line that names the body where a file holds no
 // mesh or one that bounds no body or cannot be taken apart.
-FixedMeshes ReadFixedMeshes(const Scene& scene, const std::map<std::string, std::string>& files);
+FixedMeshes ReadFixedMeshes(const World& world, const std::map<std::string, std::string>& files);
 
 }  // namespace knap

@@ -25,9 +25,9 @@ std::pair<std::string, std::vector<std::string>> FindColumns(const Body& body) {
 
 }  // namespace
 
-RecordedPaths ReadRecordedPaths(const Scene& scene, const std::map<std::string, std::string>& files) {
+RecordedPaths ReadRecordedPaths(const World& world, const std::map<std::string, std::string>& files) {
   RecordedPaths out;
-  for (const Body& body : scene.bodies) {
+  for (const Body& body : world.bodies) {
     const auto& [file, columns] = FindColumns(body);
     if (columns.empty()) continue;
     std::vector<std::string> wanted{"time"};

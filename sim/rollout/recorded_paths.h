@@ -16,6 +16,6 @@ using RecordedPaths = std::map<std::pair<std::string, std::string>, CubicSpline>
 
 // `files` as in scenario_files.h. Throws std::runtime_error with one line that names the body where a file is no table,
 // lacks a column, or its times do not ascend.
-RecordedPaths ReadRecordedPaths(const Scene& scene, const std::map<std::string, std::string>& files);
+RecordedPaths ReadRecordedPaths(const World& world, const std::map<std::string, std::string>& files);
 
 }  // namespace knap

@@ -56,15 +56,15 @@ std::string DescribeFault(const std::string& body, const TriangleMesh& mesh) {
   return fmt::format("theta folds the mesh of '{}' or turns it inside out: {}", body, defects.Describe());
 }
 
-bool Touches(const Scene& scene, const std::string& body) {
-  return std::any_of(scene.contacts.begin(), scene.contacts.end(),
+bool Touches(const World& world, const std::string& body) {
+  return std::any_of(world.contacts.begin(), world.contacts.end(),
                      [&](const Contact& c) { return c.bodies[0] == body || c.bodies[1] == body; });
 }
 
 }  // namespace
 
-SceneDesign::SceneDesign(const Scene& scene, const std::map<std::string, std::string>& files) {
-  const Design& design = *scene.design;
+SceneDesign::SceneDesign(const World& world, const std::map<std::string, std::string>& files) {
+  const Design& design = *world.design;
   const auto d = static_cast<Eigen::Index>(design.parameters.size());
   initial_theta_.resize(d);
   ranges_.resize(d);
@@ -75,7 +75,7 @@ SceneDesign::SceneDesign(const Scene& scene, const std::map<std::string, std::st
   }
   for (const DesignedBody& body : design.bodies) {
     names_.push_back(body.name);
-    parts_.emplace(body.name, Part{MakeCageDesign(design, body, initial_theta_, files), Touches(scene, body.name)});
+    parts_.emplace(body.name, Part{MakeCageDesign(design, body, initial_theta_, files), Touches(world, body.name)});
   }
 }
 
@@ -107,36 +107,36 @@ std::string SceneDesign::FindFault(const VectorXd& theta) const {
   return {};
 }
 
-void SceneDesign::MoveAttachments(const VectorXd& theta, Scene* scene) const {
+void SceneDesign::MoveAttachments(const VectorXd& theta, World* world) const {
   const VectorXd change = theta - initial_theta_;
   const auto move = [&](const std::string& body, const Vector3d& at, Vector3d* p_B) {
     if (const CageDesign* cage = Find(body)) *p_B += cage->CalcPointDerivative(at) * change;
   };
-  for (Body& body : scene->bodies) {
+  for (Body& body : world->bodies) {
     const Vector3d at = body.joint.GetAttachmentPoint();
     move(body.parent, at, &body.joint.position);
   }
-  for (Signal& signal : scene->signals) {
+  for (Signal& signal : world->signals) {
     std::visit(
         [&](auto& kind) {
           if constexpr (requires { kind.point; }) move(kind.body, Vector3d(kind.point), &kind.point);
         },
         signal.kind);
   }
-  for (Grip& grip : scene->grips) {
+  for (Grip& grip : world->grips) {
     move(grip.body, Vector3d(grip.point), &grip.point);
     move(grip.held, Vector3d(grip.held_point), &grip.held_point);
   }
 }
 
-VectorXd SceneDesign::PullBack(const Scene& scene, const DesignedShapes& shapes, const SceneModel& model,
+VectorXd SceneDesign::PullBack(const World& world, const DesignedShapes& shapes, const SceneModel& model,
                                const TrajectoryGradient& gradient, const std::vector<PointCotangent>& points) const {
   VectorXd out = VectorXd::Zero(num_parameters());
   const auto add_point = [&](const std::string& body, const Vector3d& p_B, const Vector3d& bar_B) {
     if (const CageDesign* cage = Find(body)) out += cage->CalcPointDerivative(p_B).transpose() * bar_B;
   };
   for (const PointCotangent& point : points) add_point(point.body, point.p_B, point.bar_B);
-  for (const Body& body : scene.bodies) {
+  for (const Body& body : world.bodies) {
     // An error of the joint's placement, in the joint's frame J.
     const int joint = model.joint_index.at(body.name);
     const Vector3d bar_J = gradient.bodies[static_cast<std::size_t>(joint)].placement.tail<3>();
@@ -149,9 +149,9 @@ VectorXd SceneDesign::PullBack(const Scene& scene, const DesignedShapes& shapes,
     out += Find(body.name)->PullBack(
         PullBackMassProperties(shapes.at(body.name).mesh, inertia->density, {b.mass, b.first_moment, b.inertia}));
   }
-  for (std::size_t i = 0; i < scene.grips.size(); ++i) {
-    add_point(scene.grips[i].body, scene.grips[i].point, gradient.grips[i].p_SA);
-    add_point(scene.grips[i].held, scene.grips[i].held_point, gradient.grips[i].p_BP);
+  for (std::size_t i = 0; i < world.grips.size(); ++i) {
+    add_point(world.grips[i].body, world.grips[i].point, gradient.grips[i].p_SA);
+    add_point(world.grips[i].held, world.grips[i].held_point, gradient.grips[i].p_BP);
   }
   std::map<std::string, Matrix3Xd> vertices;  // of a body, over its contacts
   for (std::size_t i = 0; i < gradient.vertices.size(); ++i) {

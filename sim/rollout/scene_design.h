@@ -33,7 +33,7 @@ class SceneDesign {
  public:
   // `files` as in scenario_files.h. Throws std::invalid_argument and std::runtime_error as CageDesign and ReadMesh do,
   // the message beginning with the body's name.
-  SceneDesign(const Scene& scene, const std::map<std::string, std::string>& files);
+  SceneDesign(const World& world, const std::map<std::string, std::string>& files);
 
   int num_parameters() const { return static_cast<int>(initial_theta_.size()); }
   const Eigen::VectorXd& initial_theta() const { return initial_theta_; }
@@ -50,10 +50,10 @@ class SceneDesign {
 
   // Moves joints, points of grips and those that signals watch, where they hang on designed bodies, from where the file
   // has them to where theta does.
-  void MoveAttachments(const Eigen::VectorXd& theta, Scene* scene) const;
+  void MoveAttachments(const Eigen::VectorXd& theta, World* world) const;
 
   // dloss/dtheta. `scene` is the one before MoveAttachments, `model` was built after it with these shapes.
-  Eigen::VectorXd PullBack(const Scene& scene, const DesignedShapes& shapes, const SceneModel& model,
+  Eigen::VectorXd PullBack(const World& world, const DesignedShapes& shapes, const SceneModel& model,
                            const TrajectoryGradient& gradient, const std::vector<PointCotangent>& points) const;
 
  private:

@@ -41,16 +41,16 @@ inline std::string GetShapePath(const Body& body, std::size_t index) {
 }
 
 // Null without such a body or rope.
-inline const Body* FindBody(const Scene& scene, const std::string& name) {
+inline const Body* FindBody(const World& world, const std::string& name) {
   const auto found =
-      std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const Body& b) { return b.name == name; });
-  return found == scene.bodies.end() ? nullptr : &*found;
+      std::find_if(world.bodies.begin(), world.bodies.end(), [&](const Body& b) { return b.name == name; });
+  return found == world.bodies.end() ? nullptr : &*found;
 }
 
-inline const Rope* FindRope(const Scene& scene, const std::string& name) {
+inline const Rope* FindRope(const World& world, const std::string& name) {
   const auto found =
-      std::find_if(scene.ropes.begin(), scene.ropes.end(), [&](const Rope& r) { return r.name == name; });
-  return found == scene.ropes.end() ? nullptr : &*found;
+      std::find_if(world.ropes.begin(), world.ropes.end(), [&](const Rope& r) { return r.name == name; });
+  return found == world.ropes.end() ? nullptr : &*found;
 }
 
 }  // namespace knap

@@ -70,9 +70,9 @@ std::vector<NumericKey> ListNumericKeys(Scene& scene) {
   return collector.TakeKeys();
 }
 
-std::vector<NumericKey> ListWorldKeys(Scene& scene) {
+std::vector<NumericKey> ListWorldKeys(World& world) {
   NumberCollector collector;
-  VisitWorld(collector, scene);
+  VisitWorld(collector, world);
   return collector.TakeKeys();
 }
 

@@ -24,7 +24,7 @@ struct NumericKey {
 std::vector<NumericKey> ListNumericKeys(Scene& scene);
 
 // Of the world and of signals alone (VisitWorld): what numbers that signals watch may name.
-std::vector<NumericKey> ListWorldKeys(Scene& scene);
+std::vector<NumericKey> ListWorldKeys(World& world);
 
 // The numbers at `paths`, in their order. Throws std::invalid_argument naming the path that does not exist; a scene
 // from ParseScene has all that its variation names. A walk over the scene: some microseconds a body.

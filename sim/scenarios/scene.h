@@ -1,5 +1,6 @@
-// What a scenario file describes, as plain data: bodies on a tree of joints, contacts, the designed tool, what varies,
-// how a rollout is integrated and judged, and how the tool is learned.
+// What a scenario file describes, as plain data, in three parts: the world, bodies on a tree of joints, contacts, the
+// designed tool; the goal, what varies and how a rollout is integrated and judged; and the plan by which the tool is
+// learned.
 //
 // All numbers are SI (m, kg, s, rad, N), whatever units the file used. scene_fields.h lists every field once with its
 // key, unit, allowed range and default; a Scene that ParseScene returned without errors satisfies all that is said
@@ -357,10 +358,8 @@ struct GravityDirection {
   double rise = -1.0;    // its z component; uniform over [−1, 1], with a uniform azimuth: uniform over all directions
 };
 
-struct Scene {
-  std::int64_t schema = kSceneSchema;
-  std::string name;
-  std::string description;
+// What there is: bodies and what acts between them, what of it has a name, what is shaped and what drives it.
+struct World {
   Eigen::Vector3d gravity{0.0, 0.0, -9.81};           // in W [m/s²]
   std::optional<GravityDirection> gravity_direction;  // turns gravity, of which only the size counts then
   std::vector<Body> bodies;
@@ -371,16 +370,31 @@ struct Scene {
   std::optional<Design> design;      // none: no design parameters
   std::optional<Controls> controls;  // none: nothing is driven open loop
   std::optional<Policy> policy;      // none: nothing is driven in a closed loop; else no actuator that controls drive
+
+  bool IsDriven() const { return controls || policy; }
+};
+
+// What is wanted of it: what differs between rollouts, how each is simulated, judged and trusted.
+struct Goal {
+  std::vector<Variation> variation;
   Rollout rollout;
   Loss loss;
   std::optional<Condition> success;  // none: nothing is called failed
-  std::vector<Variation> variation;
-  Learning learning;
-  Evaluation evaluation;
   GradientDemand gradient;
   TrustDemand trust;
+};
 
-  bool IsDriven() const { return controls || policy; }
+// How it is learned: nothing of this changes a rollout, and answers are kept under what the other two say.
+struct Plan {
+  Learning learning;
+  Evaluation evaluation;
+};
+
+// Three documents in one file.
+struct Scene : World, Goal, Plan {
+  std::int64_t schema = kSceneSchema;
+  std::string name;
+  std::string description;
 };
 
 }  // namespace knap

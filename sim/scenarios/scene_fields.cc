@@ -366,13 +366,7 @@ void VisitBodies(FieldVisitor& v, std::vector<Body>& bodies) {
   v.StructList({.key = "bodies", .doc = "a tree, in any order"}, bodies, 1);
 }
 
-void VisitWorld(FieldVisitor& v, Scene& s) {
-  v.Integer({.key = "schema",
-             .doc = "version of this format",
-             .range = {static_cast<double>(kSceneSchema), static_cast<double>(kSceneSchema)}},
-            s.schema);
-  v.Text({.key = "name", .doc = "of the scenario", .role = TextRole::kName}, s.name);
-  v.Text({.key = "description", .doc = "for people", .required = false}, s.description);
+void VisitWorld(FieldVisitor& v, World& s) {
   VisitVector(v, "gravity", "in the world", kAcceleration, s.gravity);
   v.OptionalStruct(
       {.key = "gravity_direction", .doc = "turns `gravity`, of which only the size counts then", .required = false},
@@ -386,6 +380,12 @@ void VisitWorld(FieldVisitor& v, Scene& s) {
 }
 
 void VisitTask(FieldVisitor& v, Scene& s) {
+  v.Integer({.key = "schema",
+             .doc = "version of this format",
+             .range = {static_cast<double>(kSceneSchema), static_cast<double>(kSceneSchema)}},
+            s.schema);
+  v.Text({.key = "name", .doc = "of the scenario", .role = TextRole::kName}, s.name);
+  v.Text({.key = "description", .doc = "for people", .required = false}, s.description);
   VisitWorld(v, s);
   const SignalDimensions signals(s);
   v.OptionalStruct({.key = "design", .doc = "what is learned", .required = false}, s.design);

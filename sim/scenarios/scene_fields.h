@@ -10,7 +10,7 @@ namespace knap {
 void VisitBodies(FieldVisitor& v, std::vector<Body>& bodies);
 
 // What signals can name the numbers of, and signals themselves: bodies, contacts and the like.
-void VisitWorld(FieldVisitor& v, Scene& scene);
+void VisitWorld(FieldVisitor& v, World& world);
 
 // The world and what is wanted of it: all that a rollout follows from.
 void VisitTask(FieldVisitor& v, Scene& scene);

@@ -156,9 +156,9 @@ void VisitFields(FieldVisitor& v, Signal& signal) {
        "number",   "difference",     "norm",         "least", "largest"});
 }
 
-SignalDimensions::SignalDimensions(Scene& scene) {
+SignalDimensions::SignalDimensions(World& world) {
   std::vector<NumericKey> keys;  // walked for where there is a number
-  for (const Signal& signal : scene.signals) {
+  for (const Signal& signal : world.signals) {
     const auto add = [&](const Dimension& dimension) { dimensions_.try_emplace(signal.name, dimension); };
     std::visit(
         Overloaded{[&](const AngleSignal& s) {
@@ -171,7 +171,7 @@ SignalDimensions::SignalDimensions(Scene& scene) {
                    [&](const ForceSignal&) { add(kForceDimension); },
                    [&](const CommandSignal&) { add(kDimensionless); }, [&](const TimeSignal&) { add(kTime); },
                    [&](const NumberSignal& s) {
-                     if (keys.empty()) keys = ListWorldKeys(scene);
+                     if (keys.empty()) keys = ListWorldKeys(world);
                      const auto found =
                          std::find_if(keys.begin(), keys.end(), [&](const NumericKey& k) { return k.path == s.key; });
                      if (found != keys.end()) add(found->dimension);

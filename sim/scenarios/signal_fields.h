@@ -15,8 +15,8 @@ void VisitFields(FieldVisitor& v, Signal& signal);
 // By name; a signal of signals has that of the first of them. None of an unknown or misspelt one.
 class SignalDimensions {
  public:
-  // `scene` stays as it is: visitors take no const one.
-  explicit SignalDimensions(Scene& scene);
+  // `world` stays as it is: visitors take no const one.
+  explicit SignalDimensions(World& world);
 
   std::optional<Dimension> Find(const std::string& signal) const;
 
