@@ -23,7 +23,7 @@ using Eigen::Vector3i;
 
 constexpr double kPanelWidth = 240.0, kPanelHeight = 190.0, kHeader = 64.0, kGap = 14.0;
 constexpr std::size_t kColumns = 4;
-constexpr std::size_t kMostEdges = 400;  // of the mesh
+constexpr std::size_t kMostEdges = 250;  // of the mesh
 constexpr double kBend = 20.0 * M_PI / 180.0;
 constexpr const char* kLowerColour = "#0969da";
 constexpr const char* kUpperColour = "#bc4c00";
@@ -70,12 +70,12 @@ struct View {
   Vector2d Place(const Vector3d& p) const { return center + scale * (Project(p) - middle); }
 
   std::string Draw(const TriangleMesh& mesh, const std::vector<Edge>& edges, const char* colour, double width) const {
-    std::string out;
+    std::vector<InkLine> lines;
     for (const Edge& edge : edges) {
-      out += DrawLine(Place(mesh.vertices[static_cast<std::size_t>(edge[0])]),
-                      Place(mesh.vertices[static_cast<std::size_t>(edge[1])]), colour, width);
+      lines.push_back({Place(mesh.vertices[static_cast<std::size_t>(edge[0])]),
+                       Place(mesh.vertices[static_cast<std::size_t>(edge[1])])});
     }
-    return out;
+    return DrawLines(lines, colour, width);
   }
 };
 

@@ -22,7 +22,7 @@ using Eigen::Vector3d;
 using Eigen::Vector3i;
 
 constexpr std::array<const char*, 3> kAxisNames = {"x", "y", "z"};
-constexpr double kLeast = 0.6, kMost = 1.5, kOffset = 0.5;
+constexpr double kLeast = 0.6, kMost = 1.5, kOffset = 0.3;
 
 double RoundToFourDigits(double metres) {
   return std::strtod(fmt::format("{:.4g}", 1e3 * metres).c_str(), nullptr) / 1e3;

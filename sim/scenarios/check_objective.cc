@@ -136,11 +136,12 @@ class ObjectiveChecker {
     }
   }
 
+  // That it has a design is said where that is looked at.
   void CheckDesigned(const std::string& name, const std::string& path) {
-    if (FindBody(scene_, name) == nullptr || log_.HasFailedNear("design")) return;
-    const bool is_designed = scene_.design && std::any_of(scene_.design->bodies.begin(), scene_.design->bodies.end(),
-                                                          [&](const DesignedBody& body) { return body.name == name; });
-    if (!is_designed) Report({path + ".body", "design.bodies"}, "no design shapes this body; see design.bodies");
+    const Body* body = FindBody(scene_, name);
+    if (body == nullptr || FindShape<DesignedMeshShape>(*body) != nullptr) return;
+    Report({path + ".body", "bodies." + name + ".shapes"},
+           "none of its shapes is a designed mesh; others stay as they are");
   }
 
   void CheckCommand(const CommandSignal& signal, const std::string& path) {
