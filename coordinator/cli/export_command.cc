@@ -155,7 +155,7 @@ std::string FormatPart(const Export& e, std::size_t i) {
   return text;
 }
 
-// Of the part with index i, "out" without its ending being the stem of all.
+// What --out says, or the scenario's name here; with several bodies their names stand before the ending.
 std::string NameFile(const ExportFlags& flags, const Scene& scene, const SceneDesign& design, const std::string& body,
                      PrintFormat format) {
   if (flags.out.empty()) return NameToolFile(design, body, scene.name, format);

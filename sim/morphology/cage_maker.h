@@ -18,8 +18,8 @@
 //   offset_i_b, _c  of station i as a whole
 //
 // i counts from 1. Values of a mesh as it is on file are its own measures, to four digits; bounds are 0.6 and 1.5 times
-// that, and for offsets 0.3 times the distance of two stations to either side. Where the mesh ends in a point, twice the
-// margin stands for its width.
+// that, and for offsets 0.3 times the distance of two stations to either side. Where the mesh ends in a point, twice
+// the margin stands for its width.
 #pragma once
 
 #include <Eigen/Core>

@@ -36,7 +36,8 @@ bodies:
     inertia: {type: solid, mass: 4 g}
     initial: {position: $3}
 contacts:
-  - {bodies: [ball, table], stiffness: 3e7 N/m^3, damping: 10 s/m, friction: 0.4, rolling_resistance: 0.05, slip_speed: 1 mm/s}
+  - {bodies: [ball, table], stiffness: 3e7 N/m^3, damping: 10 s/m, friction: 0.4, rolling_resistance: 0.05,
+     slip_speed: 1 mm/s}
   - {bodies: [ball, tool], stiffness: 3e7 N/m^3, damping: 10 s/m, friction: 0.1, slip_speed: 1 mm/s}
 variation:
   - {key: "bodies.ball.initial.position[$4]", distribution: uniform, lower: $5, upper: $6}
@@ -66,8 +67,9 @@ try() {
   "$knap" validate "$tool.yaml" >"$tool.validated"
   "$knap" learn "$tool.yaml" "${overrides[@]}" --workers 2 --out "run_$tool" --quiet
   "$knap" export "run_$tool" --format 3mf --out "$tool.3mf" >"$tool.exported"
-  timeout 300 prusa-slicer --export-gcode "$tool.3mf" --output "$tool.gcode" --bed-shape 0x0,250x0,250x210,0x210 >/dev/null 2>&1 ||
-    true  # it says how it went in what it writes, not in its exit code
+  # It says how it went in what it writes, not in its exit code.
+  timeout 300 prusa-slicer --export-gcode "$tool.3mf" --output "$tool.gcode" \
+    --bed-shape 0x0,250x0,250x210,0x210 >/dev/null 2>&1 || true
   python3 - "run_$tool/result.json" "$tool" "$tool.gcode" "$((SECONDS - begun))" <<'PY'
 import json, sys
 test = json.load(open(sys.argv[1]))["test"]

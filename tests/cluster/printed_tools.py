@@ -7,8 +7,8 @@ of its bounds and RANDOM designs drawn uniformly within them,
 - PrusaSlicer reads STL and 3MF as manifold, without an open edge, and with the volume and size that knap says;
 - ADMesh finds nothing to mend in the STL;
 - PrusaSlicer slices SLICED of the files;
-- a design that knap refuses is no body indeed: exact arithmetic finds two triangles that meet, or the volume is not
-  positive. Its mesh is put together from exported ones, since theta moves vertices linearly.
+- a design that knap refuses is no body indeed: exact arithmetic finds two triangles that meet, neighbours lie on one
+  another, or the volume is not positive. Its mesh is put together from exported ones: theta moves vertices linearly.
 
 Exits with 77 where a program is missing.
 """
@@ -225,6 +225,20 @@ def crosses_itself(vertices, triangles):
     return False
 
 
+def is_folded(vertices, triangles):
+    """Whether two neighbours lie on one another, as those of a flat side do that is turned over."""
+    normals = {}
+    for t in triangles:
+        a, b, c = (vertices[v] for v in t)
+        u = [b[k] - a[k] for k in range(3)]
+        v = [c[k] - a[k] for k in range(3)]
+        n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
+        size = sum(x * x for x in n) ** 0.5 or 1.0
+        for k in range(3):
+            normals.setdefault(frozenset((t[k], t[(k + 1) % 3])), []).append([x / size for x in n])
+    return any(sum(x * y for x, y in zip(*pair)) < -1.0 + 1e-6 for pair in normals.values())
+
+
 def calc_volume(vertices, triangles):
     total = 0.0
     for t in triangles:
@@ -239,7 +253,9 @@ def check_refusal(document, meshes, values, initial):
     for body in refused:
         mesh, triangles = meshes[body]
         vertices = mesh.at(values, initial)
-        if calc_volume(vertices, triangles) > 0.0 and not crosses_itself(vertices, triangles):
+        if calc_volume(vertices, triangles) <= 0.0 or is_folded(vertices, triangles):
+            continue
+        if not crosses_itself(vertices, triangles):
             fail(f"{document['scenario']}: {body} at {document['theta']} was refused, and is a body: "
                  f"{document['bodies']}")
 

@@ -213,7 +213,8 @@ variation:
   - {key: "loss.task[0].target.value", distribution: uniform, lower: -1 mm, upper: 1 mm}
 controls: {actuators: [slider], interval: 100 ms, squash: none, initial: 0.5, lower: -1, upper: 0.75}
 learning: {method: simple_continual, optimize: [design, control], variations: 10, batch: 2, dimensions_per_batch: 1,
-           alpha: 0.2, learning_rate: 0.5, decay: 0.4, optimizer: LD_MMA, max_evaluations: 7, seed: 9007199254740991, start: [0.04, 1e-3]}
+           alpha: 0.2, learning_rate: 0.5, decay: 0.4, optimizer: LD_MMA, max_evaluations: 7, seed: 9007199254740991,
+           start: [0.04, 1e-3]}
 policy:
   actuators: [hinge]
   interval: 100 ms
