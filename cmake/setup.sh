@@ -20,7 +20,7 @@ if (. /etc/os-release 2>/dev/null && [[ ${ID:-} == debian && ${VERSION_ID:-} == 
   knap_packages+=(libmujoco-dev liborocos-kdl-dev libkdl-parser-dev)
 fi
 # shellcheck disable=SC2034
-knap_test_packages=(munge slurmctld slurmd slurm-client python3 python3-scipy)
+knap_test_packages=(munge slurmctld slurmd slurm-client python3 python3-scipy prusa-slicer admesh)
 # A browser that opens reports; Ubuntu's package of it is a snap, which does not run in containers.
 if (. /etc/os-release 2>/dev/null && [[ ${ID:-} == debian ]]); then
   knap_test_packages+=(chromium)

@@ -1,10 +1,12 @@
 #include "coordinator/cli/learn_command.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -35,17 +37,31 @@ struct LearnArguments {
   std::string config;
   std::vector<std::string> overrides;
   ClusterOptions cluster;
-  std::string out, resume, method;
+  std::string out, resume, from, method;
   std::optional<std::int64_t> seed;
   bool dry_run = false, json = false, quiet = false;
 };
+
+// What the scenario is to start at, as an override.
+std::string MakeStart(const RunDirectory& from, const fs::path& config, std::span<const std::string> overrides) {
+  const LoadedScenario scenario = LoadValidScenario(config, overrides);
+  const std::vector<std::string> names = MakeProblem(scenario.parsed.scene, scenario.files).parameters.names;
+  // As few digits as give the same number again.
+  return fmt::format("learning.start=[{}]", fmt::join(ReadLearnedByName(from, names, "--from"), ", "));
+}
 
 PreparedScenario Prepare(const LearnArguments& arguments) {
   std::vector<std::string> overrides = arguments.overrides;
   if (!arguments.method.empty()) overrides.push_back("learning.method=" + arguments.method);
   if (arguments.seed) overrides.push_back(fmt::format("learning.seed={}", *arguments.seed));
-  if (arguments.resume.empty()) return PrepareScenario(arguments.config, overrides);
-  return PrepareScenario(OpenRunOfThisBuild(arguments.resume).config_path(), overrides);
+  if (!arguments.resume.empty()) return PrepareScenario(OpenRunOfThisBuild(arguments.resume).config_path(), overrides);
+  if (arguments.from.empty()) return PrepareScenario(arguments.config, overrides);
+  const RunDirectory from = OpenRun(arguments.from);
+  const fs::path config = arguments.config.empty() ? from.config_path() : fs::path(arguments.config);
+  // Where that run itself started is of no account.
+  overrides.push_back("learning.start=[]");
+  overrides.back() = MakeStart(from, config, overrides);
+  return PrepareScenario(config, overrides);
 }
 
 int CountTests(const PreparedScenario& prepared) {
@@ -113,7 +129,7 @@ std::string FormatVerdict(const ResultDocument& document, const std::string& los
 }
 
 std::string FormatSummary(const Scene& scene, const ResultDocument& document, const RunDirectory& run,
-                          bool has_report) {
+                          const std::string& from, bool has_report) {
   std::string text = fmt::format("\n{}: learned with {} ({} rollouts) in {}\n", document.scenario, document.method,
                                  document.rollouts_total, FormatDuration(document.wall_s));
   if (scene.success) {
@@ -123,13 +139,17 @@ std::string FormatSummary(const Scene& scene, const ResultDocument& document, co
   } else {
     text += "  success   no success test\n";
   }
+  if (!scene.learning.start.empty()) {
+    text += fmt::format("  started   at learning.start of the run's config.yaml, which is called initial here{}\n",
+                        from.empty() ? "" : ": what " + CleanText(from) + " learned");
+  }
   text += fmt::format("  mean loss {:.4g} -> {:.4g}{}\n", document.test_initial.loss_mean,
                       document.test_learned.loss_mean, FormatLossUnit(scene));
   text += FormatVerdict(document, FormatLossUnit(scene));
   text += FormatDistrust("initial", document.test_initial) + FormatDistrust("learned", document.test_learned);
   if (scene.design) {
     text += fmt::format(
-        "  tool      {} (millimetres)\n",
+        "  tool      {} and .3mf (millimetres)\n",
         CleanText((run.tool_path() / (scene.design->bodies.size() == 1 ? "learned.stl" : "learned_*.stl")).string()));
   }
   if (scene.policy) text += fmt::format("  policy    {}\n", CleanText((run.policy_path() / "learned.txt").string()));
@@ -177,8 +197,10 @@ bool TryWriteReport(const PreparedScenario& prepared, const RunDirectory& run, b
 }
 
 int RunLearn(const LearnArguments& arguments) {
-  if (arguments.config.empty() == arguments.resume.empty()) {
-    throw UsageError("knap learn: expected either a CONFIG or --resume DIR");
+  const bool begins = !arguments.config.empty() || !arguments.from.empty();
+  if (begins == !arguments.resume.empty()) {
+    throw UsageError(
+        "knap learn: expected either a CONFIG or --resume DIR, or --from RUN, with a CONFIG of its own or not");
   }
   if (!arguments.resume.empty() &&
       (!arguments.overrides.empty() || !arguments.method.empty() || arguments.seed || !arguments.out.empty())) {
@@ -190,7 +212,8 @@ int RunLearn(const LearnArguments& arguments) {
     return kExitDone;
   }
   const EngineIdentity engine = FindEngineIdentity(arguments.cluster.engine);
-  const RunInfo info = MakeRunInfo(prepared.scenario, prepared.config_hash, engine);
+  RunInfo info = MakeRunInfo(prepared.scenario, prepared.config_hash, engine);
+  info.started_from = CleanText(arguments.from);
   ClusterSession session(arguments.cluster, engine, ListTaskFiles(prepared.scenario),
                          prepared.problem.parameters.controls);
   const RunDirectory run = MakeRun(arguments, prepared, info);
@@ -219,7 +242,7 @@ int RunLearn(const LearnArguments& arguments) {
   run.WriteResult(document);
   const bool has_report = TryWriteReport(prepared, run, arguments.quiet, &recorder);
   recorder.TryRecordEvent("done", {{"wall_s", document.wall_s}});
-  recorder.Say(FormatSummary(prepared.scenario.parsed.scene, document, run, has_report));
+  recorder.Say(FormatSummary(prepared.scenario.parsed.scene, document, run, arguments.from, has_report));
   if (arguments.json) WriteOutput(fmt::format("{}\n", MakeJsonText(MakeResultJson(document), 2)));
   return kExitDone;
 }
@@ -233,6 +256,9 @@ void AddLearnCommand(CLI::App* app, std::function<int()>* command) {
   learn->add_option("overrides", arguments->overrides, "changes to the scenario: a.b=c");
   AddClusterFlags(learn, &arguments->cluster);
   CLI::Option* out = learn->add_option("--out", arguments->out, "run directory (default: runs/<scenario>-<UTC>)");
+  learn->add_option("--from", arguments->from,
+                    "starts at what the run in this directory learned, whose parameters have the same names; without a "
+                    "config its own scenario");
   learn->add_option("--resume", arguments->resume, "continue the run in this directory")->excludes(out);
   learn->add_option("--method", arguments->method, "ours, simple_continual or diffhand (default: the scenario's)");
   learn->add_option("--seed", arguments->seed, "of everything random (default: the scenario's)");

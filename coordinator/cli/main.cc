@@ -3,8 +3,10 @@
 #include <functional>
 #include <string>
 
+#include "coordinator/cli/cage_command.h"
 #include "coordinator/cli/evaluate_command.h"
 #include "coordinator/cli/exit_codes.h"
+#include "coordinator/cli/export_command.h"
 #include "coordinator/cli/gradcheck_command.h"
 #include "coordinator/cli/import_command.h"
 #include "coordinator/cli/landscape_command.h"
@@ -35,6 +37,8 @@ int main(int argc, char** argv) {
   knap::AddGradcheckCommand(&app, &command);
   knap::AddLandscapeCommand(&app, &command);
   knap::AddImportCommand(&app, &command);
+  knap::AddCageCommand(&app, &command);
+  knap::AddExportCommand(&app, &command);
   knap::AddRepairCommand(&app, &command);
   knap::AddReportCommand(&app, &command);
   knap::AddRolloutCommand(&app, &command);

@@ -48,6 +48,33 @@ void WarnOfFoldedCorners(const std::string& config, const Scene& scene, const Sc
                   CleanText(config), corners.folded, corners.tried, at, corners.fault));
 }
 
+std::string FormatMeasures(const TriangleMesh& mesh) {
+  const Eigen::Vector3d mm = 1e3 * CalcBoundingBox(mesh).sizes();
+  return fmt::format("{:.2f} x {:.2f} x {:.2f} mm, {:.3f} cm^3", mm.x(), mm.y(), mm.z(), 1e6 * CalcSignedVolume(mesh));
+}
+
+// How large each designed body is as it is on file, and with each of its parameters alone at either bound.
+void ListMeasures(const Scene& scene, const SceneDesign& design) {
+  for (const std::string& body : design.bodies()) {
+    const CageDesign& cage = *design.Find(body);
+    WriteOutput(fmt::format("{}: {} as on file\n", body, FormatMeasures(cage.initial_mesh())));
+    for (std::size_t i = 0; i < scene.design->parameters.size(); ++i) {
+      const auto k = static_cast<Eigen::Index>(i);
+      if (cage.dm_dtheta().col(k).isZero(0.0)) continue;
+      const DesignParameter& parameter = scene.design->parameters[i];
+      const bool shift = parameter.kind == ParameterKind::kShift;
+      for (const double bound : {parameter.lower, parameter.upper}) {
+        Eigen::VectorXd theta = design.initial_theta();
+        theta(k) = bound;
+        const TriangleMesh mesh = cage.CalcMesh(theta);
+        WriteOutput(fmt::format("  {:<20} {:>9} {}\n", bound == parameter.lower ? parameter.name : "",
+                                fmt::format("{:.6g}{}", bound * (shift ? 1000.0 : 1.0), shift ? " mm" : ""),
+                                FindDefects(mesh).empty() ? FormatMeasures(mesh) : "folds the mesh"));
+      }
+    }
+  }
+}
+
 // What meshes touch as that are neither designed nor convex.
 void ListPieces(const std::string& config, const Scene& scene, const FixedMeshes& meshes) {
   for (const auto& [shape, mesh] : meshes) {
@@ -79,6 +106,7 @@ int RunValidate(const ValidateFlags& flags) {
     if (HasParameters(scene)) MakeLearningOptions(scene);
     ListPieces(flags.config, scene, model.meshes());
     if (model.design()) WarnOfFoldedCorners(flags.config, scene, *model.design());
+    if (model.design()) ListMeasures(scene, *model.design());
   } catch (const std::exception& error) {
     throw UsageError(fmt::format("{}: {}", flags.config, error.what()));
   }

@@ -35,6 +35,14 @@ std::string DrawLine(const Eigen::Vector2d& from, const Eigen::Vector2d& to, con
       from.y(), to.x(), to.y(), colour, width);
 }
 
+std::string DrawLines(const std::vector<InkLine>& lines, const char* colour, double width) {
+  std::string path;
+  for (const InkLine& line : lines) {
+    path += fmt::format("M{:.1f} {:.1f}L{:.1f} {:.1f}", line.from.x(), line.from.y(), line.to.x(), line.to.y());
+  }
+  return fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{}\"/>\n", path, colour, width);
+}
+
 std::string DrawText(const Eigen::Vector2d& at, int size, const char* anchor, const char* colour,
                      const std::string& text, const char* weight, double rotation) {
   const std::string turned =

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <string>
+#include <vector>
 
 namespace knap {
 
@@ -13,6 +14,12 @@ inline constexpr const char* kFaint = "#6e7781";
 std::string BeginSvg(double width, double height);
 
 std::string DrawLine(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const char* colour, double width);
+
+// Many lines as one path.
+struct InkLine {
+  Eigen::Vector2d from, to;
+};
+std::string DrawLines(const std::vector<InkLine>& lines, const char* colour, double width);
 
 // `anchor`: start, middle or end. Characters that XML reserves are escaped. `rotation`: degrees clockwise about `at`.
 std::string DrawText(const Eigen::Vector2d& at, int size, const char* anchor, const char* colour,

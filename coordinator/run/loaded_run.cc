@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
@@ -38,21 +39,58 @@ RunDirectory AsUsage(const Action& action) {
 
 std::string FindBuild() { return FormatShort(CalcSha256(ReadFile("/proc/self/exe"))); }
 
-std::vector<double> ReadLearnedTheta(const RunDirectory& run, std::size_t size) {
+namespace {
+
+struct LearnedTheta {
+  std::vector<std::string> names;
+  std::vector<double> values;
+};
+
+LearnedTheta ReadLearned(const RunDirectory& run) {
   if (!fs::exists(run.result_path())) {
     throw UsageError(
         fmt::format("{}: the run has no result.json: it did not finish; continue it with knap learn --resume {}",
                     run.path().string(), run.path().string()));
   }
   try {
-    const nlohmann::json result = nlohmann::json::parse(ReadFile(run.result_path()));
-    std::vector<double> theta = result.at("theta").at("learned").get<std::vector<double>>();
-    if (theta.size() == size) return theta;
-    throw UsageError(fmt::format("{}: theta.learned has {} values; the run's config.yaml has {} parameters",
-                                 run.result_path().string(), theta.size(), size));
+    const nlohmann::json theta = nlohmann::json::parse(ReadFile(run.result_path())).at("theta");
+    LearnedTheta learned{theta.at("names").get<std::vector<std::string>>(),
+                         theta.at("learned").get<std::vector<double>>()};
+    if (learned.names.size() == learned.values.size()) return learned;
+    throw UsageError(fmt::format("{}: theta.learned has {} values for {} names", run.result_path().string(),
+                                 learned.values.size(), learned.names.size()));
   } catch (const nlohmann::json::exception& e) {
     throw UsageError(fmt::format("{}: {}", run.result_path().string(), e.what()));
   }
+}
+
+}  // namespace
+
+std::vector<double> ReadLearnedTheta(const RunDirectory& run, std::size_t size) {
+  std::vector<double> theta = ReadLearned(run).values;
+  if (theta.size() == size) return theta;
+  throw UsageError(fmt::format("{}: theta.learned has {} values; the run's config.yaml has {} parameters",
+                               run.result_path().string(), theta.size(), size));
+}
+
+std::vector<double> ReadLearnedByName(const RunDirectory& run, const std::vector<std::string>& names,
+                                      const std::string& option) {
+  const LearnedTheta learned = ReadLearned(run);
+  std::map<std::string, double> by_name;
+  for (std::size_t i = 0; i < learned.names.size(); ++i) by_name[learned.names[i]] = learned.values[i];
+  std::vector<double> values;
+  for (const std::string& name : names) {
+    const auto found = by_name.find(name);
+    if (found == by_name.end()) {
+      throw UsageError(fmt::format("{} {}: that run has no parameter '{}', which the scenario has", option,
+                                   run.path().string(), name));
+    }
+    values.push_back(found->second);
+    by_name.erase(found);
+  }
+  if (by_name.empty()) return values;
+  throw UsageError(fmt::format("{} {}: that run has a parameter '{}', which the scenario has not", option,
+                               run.path().string(), by_name.begin()->first));
 }
 
 RunDirectory OpenRun(const fs::path& path) {

@@ -39,6 +39,11 @@ RunDirectory CreateRun(const std::filesystem::path& path);
 // values.
 std::vector<double> ReadLearnedTheta(const RunDirectory& run, std::size_t size);
 
+// The learned values of all parameters of `names`, in their order, as the run knows them by name. UsageError with
+// `option` in front when the run's names are others.
+std::vector<double> ReadLearnedByName(const RunDirectory& run, const std::vector<std::string>& names,
+                                      const std::string& option);
+
 // A run to go on with. UsageError when this program is not the one that began it (run.json): another build may compute
 // other bits, and the run would be neither's.
 RunDirectory OpenRunOfThisBuild(const std::filesystem::path& path);

@@ -8,10 +8,10 @@
 #include "coordinator/run/loaded_run.h"
 #include "coordinator/run/problem_from_scene.h"
 #include "coordinator/run/request_volume.h"
+#include "coordinator/run/tool_files.h"
 #include "coordinator/run/usage_error.h"
 #include "coordinator/run_directory/durable_file.h"
 #include "lcmtypes/wire/scenario_bundle.h"
-#include "sim/geometry/mesh_io.h"
 #include "sim/policy/weights_file.h"
 #include "sim/rollout/build_policy.h"
 
@@ -55,9 +55,11 @@ void WriteTools(const RolloutModel& model, const std::vector<double>& theta, con
   if (const std::optional<SceneDesign>& design = model.design()) {
     fs::create_directories(run.tool_path());
     for (const std::string& body : design->bodies()) {
-      const std::string file = design->bodies().size() == 1 ? name + ".stl" : name + "_" + body + ".stl";
-      const Eigen::VectorXd of_design = values.head(design->num_parameters());
-      WriteFileAtomically(run.tool_path() / file, WriteStl(design->Find(body)->CalcMesh(of_design)));
+      const TriangleMesh mesh = design->Find(body)->CalcMesh(values.head(design->num_parameters()));
+      for (const PrintFormat format : {PrintFormat::kStl, PrintFormat::k3mf}) {
+        WriteFileAtomically(run.tool_path() / NameToolFile(*design, body, name, format),
+                            WritePrintFile(mesh, format, body));
+      }
     }
   }
   if (model.scene().policy) {

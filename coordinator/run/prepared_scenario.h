@@ -34,8 +34,8 @@ PreparedScenario PrepareScenario(const std::filesystem::path& config, std::span<
 Journal::Opened OpenRunJournal(const RunDirectory& run, const RunIdentity& identity);
 
 // What theta means, beside the run's own files:
-// - the designed meshes, each in its body's frame, as STL in millimetres: tool/NAME.stl where there is one, else
-//   tool/NAME_BODY.stl; nothing for a scenario that designs none;
+// - the designed meshes, each in its body's frame, as STL and 3MF in millimetres: tool/NAME.stl where there is one,
+//   else tool/NAME_BODY.stl; nothing for a scenario that designs none;
 // - a policy's weights as a file that a scenario may start from, policy/NAME.txt; nothing without a policy.
 void WriteTools(const RolloutModel& model, const std::vector<double>& theta, const RunDirectory& run,
                 const std::string& name);

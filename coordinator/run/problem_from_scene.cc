@@ -88,6 +88,22 @@ std::size_t CountParameters(const Scene& scene) {
   return design + static_cast<std::size_t>(CountControls(scene) + CountWeights(scene));
 }
 
+// learning.start, empty or one value a parameter.
+void StartAt(const std::vector<double>& start, ParameterSpec* spec) {
+  if (start.empty()) return;
+  if (start.size() != spec->names.size()) {
+    throw std::invalid_argument(
+        fmt::format("learning.start: {} values; the scenario has {} parameters", start.size(), spec->names.size()));
+  }
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    if (start[i] >= spec->lower[i] && start[i] <= spec->upper[i]) continue;
+    throw std::invalid_argument(fmt::format("learning.start[{}]: value '{:g}': {} must lie from {:g} to {:g}{}", i,
+                                            start[i], spec->names[i], spec->lower[i], spec->upper[i],
+                                            spec->GetUnit(i).empty() ? "" : " " + spec->GetUnit(i)));
+  }
+  spec->initial = start;
+}
+
 void RequireParameters(const Scene& scene) {
   if (HasParameters(scene)) return;
   throw std::invalid_argument(
@@ -139,6 +155,7 @@ Problem MakeProblem(const Scene& scene, const std::map<std::string, std::string>
       ++spec.controls;
     }
   }
+  StartAt(scene.learning.start, &spec);
   std::size_t numbers = 0;
   for (const Variation& variation : scene.variation) {
     problem.variations.push_back(MakeKeys(variation, files));

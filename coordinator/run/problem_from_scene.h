@@ -12,9 +12,10 @@
 namespace knap {
 
 // Design parameters by their names, then controls as "control[interval][actuator]", then a policy's weights as
-// "policy[index]"; what `learning.optimize` does not name is fixed. `files` as LoadScenario gives them: the policy's
-// initial weights may be among them. Throws std::invalid_argument for a scene without any of the three, since nothing
-// can be learned from it, and what MakeInitialWeights throws.
+// "policy[index]"; what `learning.optimize` does not name is fixed. Where `learning.start` has values, they stand for
+// the initial ones. `files` as LoadScenario gives them: the policy's initial weights may be among them. Throws
+// std::invalid_argument for a scene without any of the three, since nothing can be learned from it, and what
+// MakeInitialWeights throws.
 Problem MakeProblem(const Scene& scene, const std::map<std::string, std::string>& files = {});
 
 // Whether there is anything that MakeProblem could name.

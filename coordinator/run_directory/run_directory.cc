@@ -89,15 +89,16 @@ void RunDirectory::WriteConfig(const std::string& yaml) const { WriteFileAtomica
 void RunDirectory::WriteRunInfo(const RunInfo& info) const {
   nlohmann::ordered_json identity = nlohmann::ordered_json::object();
   for (const auto& [name, value] : info.identity) identity[name] = value;
-  const nlohmann::ordered_json json = {{"version", info.version},
-                                       {"build", info.build},
-                                       {"scenario", info.scenario},
-                                       {"method", info.method},
-                                       {"seed", info.seed},
-                                       {"host", info.host},
-                                       {"config_hash", info.config_hash},
-                                       {"started_utc", FormatUtc(info.started, "%Y-%m-%dT%H:%M:%SZ")},
-                                       {"identity", identity}};
+  nlohmann::ordered_json json = {{"version", info.version},
+                                 {"build", info.build},
+                                 {"scenario", info.scenario},
+                                 {"method", info.method},
+                                 {"seed", info.seed},
+                                 {"host", info.host},
+                                 {"config_hash", info.config_hash},
+                                 {"started_utc", FormatUtc(info.started, "%Y-%m-%dT%H:%M:%SZ")},
+                                 {"identity", identity}};
+  if (!info.started_from.empty()) json["started_from"] = info.started_from;
   WriteFileAtomically(info_path(), MakeJsonText(json, 2) + "\n");
 }
 

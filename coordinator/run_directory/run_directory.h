@@ -23,6 +23,8 @@ struct RunInfo {
   std::uint64_t seed = 0;
   std::string host;
   std::string config_hash;  // hexadecimal
+  std::string
+      started_from{};  // the run whose learned values it starts at, as given; empty: it starts at the initial ones
   std::chrono::system_clock::time_point started;
   RunIdentity identity;  // as in the journal's header, which can be written again from it
 };

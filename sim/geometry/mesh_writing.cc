@@ -1,14 +1,18 @@
 #include <assimp/scene.h>
 #include <fmt/format.h>
 
+#include <array>
 #include <assimp/Exporter.hpp>
 #include <cerrno>
+#include <cstddef>
 #include <cstring>
 #include <fstream>
 #include <memory>
 #include <stdexcept>
 
 #include "sim/geometry/mesh_io.h"
+#include "sim/geometry/print_file.h"
+#include "sim/geometry/threemf.h"
 
 namespace knap {
 namespace {
@@ -16,27 +20,34 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3i;
 
-// Builds assimp's scene of one mesh with three vertices of its own and a normal for every triangle.
-std::unique_ptr<aiScene> MakeScene(const TriangleMesh& mesh, double units_per_metre) {
+aiVector3D ToAssimp(const Vector3d& v) {
+  return {static_cast<ai_real>(v.x()), static_cast<ai_real>(v.y()), static_cast<ai_real>(v.z())};
+}
+
+// A scene of an empty mesh and the one node that has it.
+std::unique_ptr<aiScene> MakeEmptyScene(const std::string& name) {
   auto scene = std::make_unique<aiScene>();
-  scene->mRootNode = new aiNode;
+  scene->mRootNode = new aiNode(name);
   scene->mRootNode->mNumMeshes = 1;
   scene->mRootNode->mMeshes = new unsigned[1]{0};
   scene->mNumMaterials = 1;
   scene->mMaterials = new aiMaterial* [1] { new aiMaterial };
-  auto* out = new aiMesh;
   scene->mNumMeshes = 1;
-  scene->mMeshes = new aiMesh* [1] { out };
+  scene->mMeshes = new aiMesh* [1] { new aiMesh };
+  scene->mMeshes[0]->mName = name;
+  scene->mMeshes[0]->mPrimitiveTypes = aiPrimitiveType_TRIANGLE;
+  return scene;
+}
 
-  out->mPrimitiveTypes = aiPrimitiveType_TRIANGLE;
+// One mesh with three vertices of its own and a normal for every triangle.
+std::unique_ptr<aiScene> MakeFacetScene(const TriangleMesh& mesh, double units_per_metre) {
+  std::unique_ptr<aiScene> scene = MakeEmptyScene("");
+  aiMesh* out = scene->mMeshes[0];
   out->mNumFaces = static_cast<unsigned>(mesh.triangles.size());
   out->mFaces = new aiFace[out->mNumFaces];
   out->mNumVertices = 3 * out->mNumFaces;
   out->mVertices = new aiVector3D[out->mNumVertices];
   out->mNormals = new aiVector3D[out->mNumVertices];
-  const auto to_assimp = [](const Vector3d& v) {
-    return aiVector3D(static_cast<ai_real>(v.x()), static_cast<ai_real>(v.y()), static_cast<ai_real>(v.z()));
-  };
   for (unsigned i = 0; i < out->mNumFaces; ++i) {
     const Vector3i& t = mesh.triangles[i];
     const Vector3d& a = mesh.vertices[t[0]];
@@ -45,17 +56,36 @@ std::unique_ptr<aiScene> MakeScene(const TriangleMesh& mesh, double units_per_me
     face.mNumIndices = 3;
     face.mIndices = new unsigned[3]{3 * i, 3 * i + 1, 3 * i + 2};
     for (int k = 0; k < 3; ++k) {
-      out->mVertices[3 * i + k] = to_assimp(mesh.vertices[t[k]] * units_per_metre);
-      out->mNormals[3 * i + k] = to_assimp(normal);
+      out->mVertices[3 * i + k] = ToAssimp(mesh.vertices[t[k]] * units_per_metre);
+      out->mNormals[3 * i + k] = ToAssimp(normal);
     }
   }
   return scene;
 }
 
-std::string Export(const TriangleMesh& mesh, double units_per_metre, const char* format) {
-  const std::unique_ptr<aiScene> scene = MakeScene(mesh, units_per_metre);
+// One mesh of shared vertices without normals, which viewers then take to be flat, and a node that turns z up into y
+// up.
+std::unique_ptr<aiScene> MakeViewedScene(const TriangleMesh& mesh, const std::string& name) {
+  std::unique_ptr<aiScene> scene = MakeEmptyScene(name);
+  scene->mRootNode->mTransformation = aiMatrix4x4(1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1);
+  aiMesh* out = scene->mMeshes[0];
+  out->mNumVertices = static_cast<unsigned>(mesh.vertices.size());
+  out->mVertices = new aiVector3D[out->mNumVertices];
+  for (unsigned i = 0; i < out->mNumVertices; ++i) out->mVertices[i] = ToAssimp(mesh.vertices[i]);
+  out->mNumFaces = static_cast<unsigned>(mesh.triangles.size());
+  out->mFaces = new aiFace[out->mNumFaces];
+  for (unsigned i = 0; i < out->mNumFaces; ++i) {
+    const Vector3i& t = mesh.triangles[i];
+    out->mFaces[i].mNumIndices = 3;
+    out->mFaces[i].mIndices =
+        new unsigned[3]{static_cast<unsigned>(t[0]), static_cast<unsigned>(t[1]), static_cast<unsigned>(t[2])};
+  }
+  return scene;
+}
+
+std::string Export(const aiScene& scene, const char* format) {
   Assimp::Exporter exporter;
-  const aiExportDataBlob* blob = exporter.ExportToBlob(scene.get(), format);
+  const aiExportDataBlob* blob = exporter.ExportToBlob(&scene, format);
   if (blob == nullptr)
     throw std::runtime_error(fmt::format("cannot export a mesh as {}: {}", format, exporter.GetErrorString()));
   return std::string(static_cast<const char*>(blob->data), blob->size);
@@ -63,17 +93,51 @@ std::string Export(const TriangleMesh& mesh, double units_per_metre, const char*
 
 }  // namespace
 
-std::string WriteStl(const TriangleMesh& mesh) {
-  const double volume = CalcSignedVolume(mesh);
-  if (!(volume > 0.0)) {
-    throw std::runtime_error(
-        fmt::format("a mesh of {:.6g} mm^3 is not written as STL: it is inside out or empty", 1e9 * volume));
-  }
-  return Export(mesh, 1000, "stlb");
-}
+std::string WriteStl(const TriangleMesh& mesh) { return WritePrintFile(mesh, PrintFormat::kStl, ""); }
 
 std::string WriteObj(const TriangleMesh& mesh, double metres_per_unit) {
-  return Export(mesh, 1 / metres_per_unit, "objnomtl");
+  return Export(*MakeFacetScene(mesh, 1 / metres_per_unit), "objnomtl");
+}
+
+namespace {
+
+constexpr std::array<std::string_view, 4> kFormatNames = {"stl", "3mf", "obj", "glb"};
+
+}  // namespace
+
+std::string_view GetName(PrintFormat format) { return kFormatNames[static_cast<std::size_t>(format)]; }
+
+std::optional<PrintFormat> FindPrintFormat(std::string_view name) {
+  for (std::size_t i = 0; i < kFormatNames.size(); ++i) {
+    if (kFormatNames[i] == name) return static_cast<PrintFormat>(i);
+  }
+  return std::nullopt;
+}
+
+TriangleMesh RoundAsWritten(const TriangleMesh& mesh, PrintFormat format) {
+  const double units_per_metre = format == PrintFormat::kGlb ? 1.0 : 1000.0;
+  TriangleMesh out = mesh;
+  for (Vector3d& v : out.vertices) v = (v * units_per_metre).cast<float>().cast<double>() / units_per_metre;
+  return out;
+}
+
+std::string WritePrintFile(const TriangleMesh& mesh, PrintFormat format, const std::string& name) {
+  const double volume = CalcSignedVolume(mesh);
+  if (!(volume > 0.0)) {
+    throw std::runtime_error(fmt::format("a mesh of {:.6g} mm^3 is not written as {}: it is inside out or empty",
+                                         1e9 * volume, GetName(format)));
+  }
+  switch (format) {
+    case PrintFormat::kStl:
+      return Export(*MakeFacetScene(mesh, 1000), "stlb");
+    case PrintFormat::k3mf:
+      return Write3mf(mesh, name);
+    case PrintFormat::kObj:
+      return WriteObj(mesh, 0.001);
+    case PrintFormat::kGlb:
+      return Export(*MakeViewedScene(mesh, name), "glb2");
+  }
+  throw std::runtime_error("no such format");
 }
 
 void WriteFile(const std::filesystem::path& path, std::string_view bytes) {

@@ -1,13 +1,12 @@
 #include "sim/geometry/triangle_bvh.h"
 
 #include <BulletCollision/BroadphaseCollision/btDbvt.h>
-#include <LinearMath/btAlignedAllocator.h>
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
-#include <new>
+
+#include "sim/geometry/bullet_memory.h"
 
 namespace knap {
 namespace {
@@ -18,18 +17,6 @@ btVector3 ToBullet(const Eigen::Vector3d& v) { return btVector3(v.x(), v.y(), v.
 void* EncodeId(int id) { return reinterpret_cast<void*>(static_cast<std::intptr_t>(id)); }
 int DecodeId(void* data) { return static_cast<int>(reinterpret_cast<std::intptr_t>(data)); }
 
-void* AllocateOrThrow(std::size_t size, int alignment) {
-  void* memory = nullptr;
-  if (posix_memalign(&memory, static_cast<std::size_t>(alignment), size) != 0) throw std::bad_alloc();
-  return memory;
-}
-
-// Bullet writes to whatever its allocator returns, also to the null pointer of one that is out of memory.
-bool UseThrowingAllocator() {
-  btAlignedAllocSetCustomAligned(&AllocateOrThrow, &std::free);
-  return true;
-}
-
 struct CollectIds final : btDbvt::ICollide {
   explicit CollectIds(std::vector<int>* ids_in) : ids(ids_in) {}
   void Process(const btDbvtNode* leaf) override { ids->push_back(DecodeId(leaf->data)); }
@@ -39,7 +26,7 @@ struct CollectIds final : btDbvt::ICollide {
 }  // namespace
 
 struct TriangleBvh::Tree {
-  Tree() { [[maybe_unused]] static const bool once = UseThrowingAllocator(); }
+  Tree() { UseThrowingBulletAllocator(); }
   btDbvt dbvt;
   int num_triangles = 0;
 };

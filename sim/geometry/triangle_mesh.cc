@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <initializer_list>
+#include <optional>
 #include <utility>
 
 #include "sim/geometry/self_contact.h"
@@ -43,8 +45,21 @@ bool IsDegenerate(const TriangleMesh& mesh, const Vector3i& t) {
   return !((b - a).cross(c - a).norm() > kDegenerateArea * longest2);
 }
 
+// The middle of vertices that exist, or none where one does not.
+std::optional<Vector3d> FindMiddle(const TriangleMesh& mesh, std::initializer_list<int> vertices) {
+  Vector3d sum = Vector3d::Zero();
+  for (const int v : vertices) {
+    if (v < 0 || v >= static_cast<int>(mesh.vertices.size())) return std::nullopt;
+    sum += mesh.vertices[static_cast<std::size_t>(v)];
+  }
+  if (!sum.allFinite()) return std::nullopt;
+  return Vector3d(sum / static_cast<double>(vertices.size()));
+}
+
+using Note = std::function<void(std::string, std::initializer_list<int>)>;  // text, and the vertices it is about
+
 // Triangles whose corners are those of an earlier one, in any order.
-int CountRepeatedTriangles(const TriangleMesh& mesh, const std::function<void(std::string)>& note) {
+int CountRepeatedTriangles(const TriangleMesh& mesh, const Note& note) {
   std::vector<std::array<int, 4>> sorted;  // corners, ascending, and the triangle
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const Vector3i& t = mesh.triangles[i];
@@ -56,7 +71,8 @@ int CountRepeatedTriangles(const TriangleMesh& mesh, const std::function<void(st
   for (std::size_t i = 1; i < sorted.size(); ++i) {
     if (!std::equal(sorted[i].begin(), sorted[i].begin() + 3, sorted[i - 1].begin())) continue;
     ++repeated;
-    note(fmt::format("triangles {} and {} have the same corners", sorted[i - 1][3], sorted[i][3]));
+    note(fmt::format("triangles {} and {} have the same corners", sorted[i - 1][3], sorted[i][3]),
+         {sorted[i][0], sorted[i][1], sorted[i][2]});
   }
   return repeated;
 }
@@ -72,7 +88,8 @@ void FindDefectsOfShells(const TriangleMesh& mesh, MeshDefects* defects) {
     for (int k = 0; k < 2; ++k) {
       while (!HasTriangle(shells[parts[k]], (*pair)[k])) ++parts[k];
     }
-    const Vector3d at = 1000 * mesh.vertices[mesh.triangles[(*pair)[0]][0]];
+    defects->place = mesh.vertices[mesh.triangles[(*pair)[0]][0]];
+    const Vector3d at = 1000 * *defects->place;
     defects->example =
         fmt::format("{} meets {} near ({:.6g}, {:.6g}, {:.6g}) mm", DescribeShell(shells, parts[0]),
                     parts[0] == parts[1] ? "itself" : DescribeShell(shells, parts[1]), at.x(), at.y(), at.z());
@@ -116,8 +133,10 @@ std::string MeshDefects::Describe() const {
 
 MeshDefects FindDefects(const TriangleMesh& mesh) {
   MeshDefects defects;
-  const auto note = [&defects](std::string text) {
-    if (defects.example.empty()) defects.example = std::move(text);
+  const auto note = [&](std::string text, std::initializer_list<int> vertices) {
+    if (!defects.example.empty()) return;
+    defects.example = std::move(text);
+    defects.place = FindMiddle(mesh, vertices);
   };
   const int num_vertices = static_cast<int>(mesh.vertices.size());
 
@@ -128,13 +147,14 @@ MeshDefects FindDefects(const TriangleMesh& mesh) {
     const Vector3i& t = mesh.triangles[i];
     if (t.minCoeff() < 0 || t.maxCoeff() >= num_vertices) {
       ++defects.bad_indices;
-      note(fmt::format("triangle {} is {} {} {}, with {} vertices", i, t[0], t[1], t[2], num_vertices));
+      note(fmt::format("triangle {} is {} {} {}, with {} vertices", i, t[0], t[1], t[2], num_vertices),
+           {t[0], t[1], t[2]});
       continue;
     }
     for (int k = 0; k < 3; ++k) used[t[k]] = true;
     if (IsDegenerate(mesh, t)) {
       ++defects.degenerate_triangles;
-      note(fmt::format("triangle {} is {} {} {}", i, t[0], t[1], t[2]));
+      note(fmt::format("triangle {} is {} {} {}", i, t[0], t[1], t[2]), {t[0], t[1], t[2]});
     }
     if (HasRepeatedCorner(t)) continue;  // its "edges" would only hide the real ones
     for (int k = 0; k < 3; ++k) {
@@ -146,7 +166,7 @@ MeshDefects FindDefects(const TriangleMesh& mesh) {
   for (int v = 0; v < num_vertices; ++v) {
     if (!mesh.vertices[v].allFinite()) {
       ++defects.non_finite_vertices;
-      note(fmt::format("vertex {}", v));
+      note(fmt::format("vertex {}", v), {v});
     }
   }
 
@@ -163,19 +183,19 @@ MeshDefects FindDefects(const TriangleMesh& mesh) {
     const size_t count = end - begin;
     if (count == 1) {
       ++defects.open_edges;
-      note(fmt::format("edge {}-{} has only one triangle", edge.low, edge.high));
+      note(fmt::format("edge {}-{} has only one triangle", edge.low, edge.high), {edge.low, edge.high});
     } else if (count > 2) {
       ++defects.non_manifold_edges;
-      note(fmt::format("edge {}-{} has {} triangles", edge.low, edge.high, count));
+      note(fmt::format("edge {}-{} has {} triangles", edge.low, edge.high, count), {edge.low, edge.high});
     } else if (forward != 1) {
       ++defects.flipped_edges;
-      note(fmt::format("the triangles at edge {}-{}", edge.low, edge.high));
+      note(fmt::format("the triangles at edge {}-{}", edge.low, edge.high), {edge.low, edge.high});
     }
   }
   for (int v = 0; v < num_vertices; ++v) {
     if (!used[v]) {
       ++defects.unused_vertices;
-      note(fmt::format("vertex {}", v));
+      note(fmt::format("vertex {}", v), {v});
     }
   }
   if (defects.empty()) FindDefectsOfShells(mesh, &defects);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,7 @@ struct MeshDefects {
   bool wrong_shells = false;     // so far sound, but a shell is neither the outside of a solid nor a cavity (shells.h)
   bool inside_out = false;       // otherwise sound, but the volume is not positive
   std::string example;           // for instance "edge 3-7 has only one triangle"
+  std::optional<Eigen::Vector3d> place{};  // of the example [m]; none where all of the mesh is meant
 
   bool empty() const;
   // One line, "2 open edges, 1 flipped edge (edge 3-7 has only one triangle)"; "" when empty().

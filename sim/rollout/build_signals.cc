@@ -13,6 +13,7 @@
 #include "sim/signals/coordinate_signals.h"
 #include "sim/signals/depth_signals.h"
 #include "sim/signals/group_signals.h"
+#include "sim/signals/shape_signals.h"
 #include "sim/signals/track_signals.h"
 
 namespace knap {
@@ -28,8 +29,8 @@ Vector3d MakeUnit(Axis axis) { return Vector3d::Unit(static_cast<int>(axis)); }
 // The scene has been checked: bodies and joints exist and fit.
 class SignalSet::Builder {
  public:
-  Builder(World world, const World& moved, const SceneModel& model, SignalSet* out)
-      : world_(std::move(world)), moved_(moved), model_(model), out_(out) {}
+  Builder(World world, const World& moved, const SceneModel& model, const DesignedShapes& shapes, SignalSet* out)
+      : world_(std::move(world)), moved_(moved), model_(model), shapes_(shapes), out_(out) {}
 
   void Build() {
     for (std::size_t i = 0; i < moved_.signals.size(); ++i) {
@@ -79,6 +80,11 @@ class SignalSet::Builder {
     out_->forces_.push_back({contacts});
     return MakeForceSignal(static_cast<int>(out_->forces_.size()) - 1, contacts);
   }
+  Pointer Make(const VolumeSignal& s) { return Measure(s.body, MeasureVolume(shapes_.at(s.body).mesh)); }
+  Pointer Make(const ExtentSignal& s) {
+    return Measure(s.body, MeasureExtent(shapes_.at(s.body).mesh, static_cast<int>(s.axis)));
+  }
+  Pointer Make(const ThicknessSignal& s) { return Measure(s.body, MeasureThickness(shapes_.at(s.body).mesh, s.blend)); }
   Pointer Make(const CommandSignal& s) const { return MakeCommandSignal(FindCommandRow(moved_, s.actuator)); }
   Pointer Make(const TimeSignal&) const { return MakeTimeSignal(); }
   Pointer Make(const NumberSignal& s) {
@@ -115,6 +121,12 @@ class SignalSet::Builder {
     return {model_.body_index.at(kind.body), kind.point, static_cast<int>(out_->points_.size()) - 1};
   }
 
+  Pointer Measure(const std::string& body, ShapeMeasure measure) {
+    const double value = measure.value;
+    out_->measures_.push_back({body, std::move(measure)});
+    return MakeMeasureSignal(value, static_cast<int>(out_->measures_.size()) - 1);
+  }
+
   Group MakeGroup(const std::vector<std::string>& of) const {
     std::vector<int> bodies;
     for (const std::string& name : of) {
@@ -146,12 +158,13 @@ class SignalSet::Builder {
   World world_;
   const World& moved_;
   const SceneModel& model_;
+  const DesignedShapes& shapes_;
   SignalSet* out_;
   std::size_t at_ = 0;
 };
 
-SignalSet::SignalSet(const World& world, const World& moved, const SceneModel& model) {
-  Builder(World(world), moved, model, this).Build();
+SignalSet::SignalSet(const World& world, const World& moved, const SceneModel& model, const DesignedShapes& shapes) {
+  Builder(World(world), moved, model, shapes, this).Build();
 }
 
 int FindCommandRow(const World& world, const std::string& actuator) {

@@ -20,6 +20,7 @@
 #include "sim/policy/weights_file.h"
 #include "sim/rollout/build_body.h"
 #include "sim/rollout/fixed_meshes.h"
+#include "sim/rollout/vertex_groups.h"
 #include "sim/scenarios/check_actuation.h"
 #include "sim/scenarios/check_rules.h"
 
@@ -149,6 +150,10 @@ class ModelChecker {
         if (static_cast<std::size_t>(group.vertices[k]) < count) continue;
         Report({fmt::format("{}.vertex_groups.{}.vertices[{}]", path, group.name, k), path + ".cage"},
                fmt::format("the cage has {} vertices, 0 to {}", count, count - 1));
+      }
+      if ((group.box || group.plane) && ListVertices(group, *cage).empty()) {
+        Report({fmt::format("{}.vertex_groups.{}.{}", path, group.name, group.box ? "box" : "plane"), path + ".cage"},
+               "has none of the cage's vertices");
       }
     }
   }

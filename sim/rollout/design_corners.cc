@@ -1,13 +1,18 @@
 #include "sim/rollout/design_corners.h"
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <random>
+#include <string>
 
 namespace knap {
 namespace {
 
-constexpr int kAllCornersUpTo = 10;  // parameters
-constexpr int kSampledCorners = 1000;
+constexpr int kAllCornersUpTo = 10;    // parameters
+constexpr int kSampledCorners = 1000;  // at most, and at least …
+constexpr int kFewestCorners = 20;
+constexpr std::size_t kSampledTriangles = 2'000'000;  // … as long as all their meshes have no more
 
 }  // namespace
 
@@ -35,7 +40,10 @@ FoldedCorners FindFoldedCorners(const SceneDesign& design, const Design& bounds)
   }
   std::mt19937_64 random(1);
   const bool all = d <= kAllCornersUpTo;
-  const int corners = all ? 1 << d : kSampledCorners;
+  std::size_t triangles = 1;
+  for (const std::string& body : design.bodies()) triangles += design.Find(body)->initial_mesh().triangles.size();
+  const int affordable = std::clamp(static_cast<int>(kSampledTriangles / triangles), kFewestCorners, kSampledCorners);
+  const int corners = all ? 1 << d : affordable;
   for (int corner = 0; corner < corners; ++corner) {
     Eigen::VectorXd theta(d);
     std::uint64_t bits = static_cast<std::uint64_t>(corner);

@@ -18,8 +18,8 @@ struct FoldedCorners {
 };
 
 // Tries each parameter at either bound with the others at their initial values, and then the corners of the box of all
-// bounds: all of them up to ten parameters, else a thousand, the same in every call. Of the cost of 1,024 + 2d meshes
-// at most.
+// bounds: all of them up to ten parameters, else a thousand, the same in every call, and fewer of a mesh of more than
+// 2,000 triangles. Of the cost of 1,024 + 2d meshes at most.
 FoldedCorners FindFoldedCorners(const SceneDesign& design, const Design& bounds);
 
 }  // namespace knap

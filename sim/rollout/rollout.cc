@@ -94,7 +94,7 @@ RolloutModel::Simulated RolloutModel::Simulate(const VectorXd& theta, const Vect
   s.model = BuildModel(s.moved, *s.shapes, meshes_, paths_);
   const Eigen::Index open_loop = CountControls(s.scene);
   if (s.scene.controls) s.commands = CalcCommands(*s.scene.controls, controls.head(open_loop));
-  s.signals = std::make_unique<SignalSet>(s.scene, s.moved, s.model);
+  s.signals = std::make_unique<SignalSet>(s.scene, s.moved, s.model, *s.shapes);
   if (s.scene.policy) {
     s.policy = std::make_unique<ClosedLoop>(
         MakeClosedLoop(s.scene, *s.signals, s.model, controls.tail(controls.size() - open_loop)));
@@ -202,6 +202,7 @@ std::vector<std::string> RolloutModel::FindDistrust(const Simulated& s) const {
 
 double RolloutModel::Evaluate(const Simulated& s, const Reference* reference, SignalCotangents* bar) const {
   bar->points.assign(s.signals->points().size(), Eigen::Vector3d::Zero());
+  bar->measures.assign(s.signals->measures().size(), 0.0);
   const std::vector<Term>& terms = reference != nullptr ? s.scene.loss.distillation : s.scene.loss.task;
   double loss = 0.0;
   for (std::size_t i = 0; i < terms.size(); ++i) {
@@ -265,6 +266,10 @@ RolloutModel::Gradient RolloutModel::CalcGradient(const VectorXd& controls, cons
     if (s.scene.controls) {
       bar_commands.topRows(s.commands.rows()) += PullBackControlSequence(s.scene, s.model, gradient.controls);
     }
+  }
+  for (std::size_t i = 0; i < bar.measures.size(); ++i) {
+    const SignalMeasure& of = s.signals->measures()[i];
+    if (bar.measures[i] != 0.0) out.design += bar.measures[i] * design_->Find(of.body)->PullBack(of.measure.gradient);
   }
   out.controls.resize(num_controls());
   if (s.scene.controls) {

@@ -10,6 +10,7 @@
 #include <variant>
 
 #include "sim/geometry/mesh_io.h"
+#include "sim/rollout/vertex_groups.h"
 
 namespace knap {
 
@@ -26,7 +27,7 @@ std::vector<VertexMove> MakeMoves(const Design& design, const DesignedBody& body
                                         [&](const DesignParameter& p) { return p.name == move.parameter; });
     const auto group = std::find_if(body.vertex_groups.begin(), body.vertex_groups.end(),
                                     [&](const VertexGroup& g) { return g.name == move.group; });
-    for (const std::int64_t vertex : group->vertices) {
+    for (const std::int64_t vertex : ListVertices(*group, cage)) {
       Vector3d direction = move.direction;
       if (parameter->kind == ParameterKind::kStretch) {
         direction.array() *= cage.vertices.at(static_cast<std::size_t>(vertex)).array();

@@ -80,6 +80,9 @@ class ObjectiveChecker {
                           [&](const DriftSignal& s) { CheckGroup(s.of, path); },
                           [&](const DepthSignal& s) { CheckPair(s.bodies, path); },
                           [&](const ForceSignal& s) { CheckPair(s.bodies, path); },
+                          [&](const VolumeSignal& s) { CheckDesigned(s.body, path); },
+                          [&](const ExtentSignal& s) { CheckDesigned(s.body, path); },
+                          [&](const ThicknessSignal& s) { CheckDesigned(s.body, path); },
                           [&](const CommandSignal& s) { CheckCommand(s, path); },
                           [&](const DifferenceSignal& s) {
                             if (s.of.size() > 2) Report({path + ".of"}, "a difference is of two signals");
@@ -87,7 +90,8 @@ class ObjectiveChecker {
                           },
                           [&](const NormSignal& s) { CheckParts(s.of, signal.name, path); },
                           [&](const LeastSignal& s) { CheckParts(s.of, signal.name, path); },
-                          [&](const LargestSignal& s) { CheckParts(s.of, signal.name, path); }, [](const auto&) {}},
+                          [&](const LargestSignal& s) { CheckParts(s.of, signal.name, path); },
+                          [](const auto&) {}},
                signal.kind);
   }
 
@@ -130,6 +134,14 @@ class ObjectiveChecker {
     if (!touch) {
       Report({path + ".bodies", "contacts"}, fmt::format("{} has no contact with {}; see contacts", pair[0], pair[1]));
     }
+  }
+
+  // That it has a design is said where that is looked at.
+  void CheckDesigned(const std::string& name, const std::string& path) {
+    const Body* body = FindBody(scene_, name);
+    if (body == nullptr || FindShape<DesignedMeshShape>(*body) != nullptr) return;
+    Report({path + ".body", "bodies." + name + ".shapes"},
+           "none of its shapes is a designed mesh; others stay as they are");
   }
 
   void CheckCommand(const CommandSignal& signal, const std::string& path) {
@@ -197,12 +209,14 @@ class ObjectiveChecker {
   void CheckObservation(const Observation& observation, const std::string& path) {
     const bool looks_back = Uses(observation.signal, [](const SignalKind& kind) {
       return std::holds_alternative<DriftSignal>(kind) || std::holds_alternative<DepthSignal>(kind) ||
-             std::holds_alternative<ForceSignal>(kind) || std::holds_alternative<CommandSignal>(kind);
+             std::holds_alternative<ForceSignal>(kind) || std::holds_alternative<CommandSignal>(kind) ||
+             std::holds_alternative<VolumeSignal>(kind) || std::holds_alternative<ExtentSignal>(kind) ||
+             std::holds_alternative<ThicknessSignal>(kind);
     });
     if (!looks_back) return;
     Report({path + ".signal"},
-           fmt::format("a policy sees the present state alone, and '{}' looks at more: drifts, commands and contacts "
-                       "cannot be observed",
+           fmt::format("a policy sees the present state alone, and '{}' looks at more: drifts, commands, contacts and "
+                       "shapes cannot be observed",
                        observation.signal));
   }
 

@@ -165,6 +165,7 @@ class SceneChecker {
       if (HasRepeats(group.vertices)) {
         Report({path + ".vertex_groups." + group.name + ".vertices"}, "names a vertex twice");
       }
+      CheckGroup(group, path + ".vertex_groups." + group.name);
     }
     for (std::size_t i = 0; i < designed.moves.size(); ++i) {
       const std::string& name = designed.moves[i].group;
@@ -172,6 +173,21 @@ class SceneChecker {
                                    [&](const VertexGroup& group) { return group.name == name; });
       const std::string move = fmt::format("{}.moves[{}].group", path, i);
       if (!own && !log_.HasFailedNear(move)) Report({move}, "is a vertex group of another body");
+    }
+  }
+
+  void CheckGroup(const VertexGroup& group, const std::string& path) {
+    const int ways = (group.vertices.empty() ? 0 : 1) + (group.box ? 1 : 0) + (group.plane ? 1 : 0);
+    if (ways != 1 && !log_.HasFailedNear(path)) {
+      Report({path + ".name"}, "needs one of vertices, box and plane to say which vertices of the cage it has");
+    }
+    for (int k = 0; group.box && k < 3; ++k) {
+      if (group.box->lower[k] <= group.box->upper[k]) continue;
+      Report({fmt::format("{}.box.lower[{}]", path, k)},
+             fmt::format("must not be more than upper, {}", FormatQuantity(group.box->upper[k], kLength)));
+    }
+    if (group.plane && !(group.plane->normal.norm() > 0.0)) {
+      Report({path + ".plane.normal"}, "must not be zero");
     }
   }
 

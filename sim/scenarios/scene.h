@@ -181,9 +181,22 @@ struct DesignParameter {
   double upper = 0.0;
 };
 
+struct VertexBox {
+  Eigen::Vector3d lower = Eigen::Vector3d::Zero(), upper = Eigen::Vector3d::Zero();  // in B [m]
+};
+
+// The half space of the points p with normal·(p − point) ≥ 0.
+struct VertexPlane {
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();   // in B [m]
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // in B, of any length but zero
+};
+
+// Chosen in one of three ways (vertex_groups.h).
 struct VertexGroup {
   std::string name;
   std::vector<std::int64_t> vertices;  // of the cage, counted from 0, each at most once
+  std::optional<VertexBox> box{};
+  std::optional<VertexPlane> plane{};
 };
 
 // Moves every vertex of the group as its parameter's kind says.
@@ -322,6 +335,8 @@ struct Learning {
   std::int64_t validation = 20;  // variations on which designs are compared; 0: none; 0 in a scene that does not vary
   Keep keep = Keep::kBest;
   std::int64_t seed = 0;
+  // Where learning starts, one value a parameter in the problem's order, SI; empty: at the initial ones.
+  std::vector<double> start{};
 };
 
 struct Evaluation {

@@ -255,10 +255,25 @@ static void VisitFields(FieldVisitor& v, DesignParameter& p) {
   v.Number({.key = "upper", .doc = "largest value", .dimension = dimension}, p.upper);
 }
 
+static void VisitFields(FieldVisitor& v, VertexBox& b) {
+  v.Numbers({.key = "lower", .doc = "least coordinates in B, which count as inside", .dimension = kLength}, b.lower);
+  v.Numbers({.key = "upper", .doc = "largest ones, likewise", .dimension = kLength}, b.upper);
+}
+
+static void VisitFields(FieldVisitor& v, VertexPlane& p) {
+  v.Numbers({.key = "point", .doc = "of the plane, in B; what lies on it counts", .dimension = kLength}, p.point);
+  v.Numbers({.key = "normal", .doc = "towards the vertices that count, of any length but zero"}, p.normal);
+}
+
 static void VisitFields(FieldVisitor& v, VertexGroup& g) {
   v.Text({.key = "name", .doc = "of the group", .role = TextRole::kNewGroup}, g.name);
-  v.LeafList({.key = "vertices", .doc = "of the cage, counted from 0"}, g.vertices, 1,
+  v.LeafList({.key = "vertices", .doc = "of the cage, counted from 0", .required = false}, g.vertices, 0,
              [](FieldVisitor& w, std::int64_t& i) { w.Integer({.range = kIndex}, i); });
+  v.OptionalStruct({.key = "box", .doc = "in place of `vertices`: those of the cage that lie in it", .required = false},
+                   g.box);
+  v.OptionalStruct(
+      {.key = "plane", .doc = "in place of `vertices`: those of the cage on its normal's side", .required = false},
+      g.plane);
 }
 
 static void VisitFields(FieldVisitor& v, CageMove& m) {
@@ -345,6 +360,11 @@ static void VisitFields(FieldVisitor& v, Learning& l) {
                .required = false},
               l.keep, kKeep);
   v.Integer({.key = "seed", .doc = "of training", .required = false, .range = kSeed}, l.seed);
+  v.LeafList({.key = "start",
+              .doc = "where learning starts, in place of the initial values: of all design parameters, then controls, "
+                     "then weights, in SI units; `knap learn --from` writes it",
+              .required = false},
+             l.start, 0, [](FieldVisitor& w, double& x) { w.Number({}, x); });
 }
 
 static void VisitFields(FieldVisitor& v, Evaluation& e) {

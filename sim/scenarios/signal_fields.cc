@@ -50,6 +50,10 @@ void VisitPair(FieldVisitor& v, std::array<std::string, 2>& bodies) {
               [](FieldVisitor& w, std::string& name) { w.Text({.role = TextRole::kBodyOrRope}, name); });
 }
 
+void VisitDesigned(FieldVisitor& v, std::string& body) {
+  v.Text({.key = "body", .doc = "a designed one, whose shape is measured", .role = TextRole::kBody}, body);
+}
+
 }  // namespace
 
 static void VisitFields(FieldVisitor& v, AngleSignal& s) { VisitJoint(v, kRevolute, s.joint); }
@@ -122,6 +126,24 @@ static void VisitFields(FieldVisitor& v, DriftSignal& s) {
 static void VisitFields(FieldVisitor& v, DepthSignal& s) { VisitPair(v, s.bodies); }
 static void VisitFields(FieldVisitor& v, ForceSignal& s) { VisitPair(v, s.bodies); }
 
+static void VisitFields(FieldVisitor& v, VolumeSignal& s) { VisitDesigned(v, s.body); }
+
+static void VisitFields(FieldVisitor& v, ExtentSignal& s) {
+  VisitDesigned(v, s.body);
+  VisitAxis(v, "axis", "of B, along which the largest coordinate less the least is taken", s.axis);
+}
+
+static void VisitFields(FieldVisitor& v, ThicknessSignal& s) {
+  VisitDesigned(v, s.body);
+  v.Number(
+      {.key = "blend",
+       .doc = "thicknesses that are so much more than the least count for 1/e of it: the least is smooth over that",
+       .required = false,
+       .dimension = kLength,
+       .range = kPositive},
+      s.blend);
+}
+
 static void VisitFields(FieldVisitor& v, CommandSignal& s) {
   v.Text({.key = "actuator", .doc = "a body whose joint is driven", .role = TextRole::kBody}, s.actuator);
 }
@@ -143,17 +165,20 @@ static void VisitFields(FieldVisitor& v, LargestSignal& s) { VisitSignals(v, s.o
 void VisitFields(FieldVisitor& v, Signal& signal) {
   v.Text({.key = "name", .doc = "by which losses, success and policies know it", .role = TextRole::kNewSignal},
          signal.name);
-  v.OneOf(
-      {.key = "type",
-       .doc = "a joint's angle, rate, displacement or speed; a coordinate of a body's point, or of its velocity; a "
-              "component of the direction of a body's axis, which tells orientations without singularities, or of "
-              "its angular velocity; a point's distance from places; a coordinate, the height or the rise of a "
-              "centre of mass; a contact's depth or force; a command; the time; a number of the scene, such as a "
-              "goal; of other signals the difference, norm, least or largest"},
-      signal.kind,
-      {"angle",    "rate",           "displacement", "speed", "position", "velocity", "direction", "angular_velocity",
-       "distance", "center_of_mass", "height",       "drift", "depth",    "force",    "command",   "time",
-       "number",   "difference",     "norm",         "least", "largest"});
+  v.OneOf({.key = "type",
+           .doc = "a joint's angle, rate, displacement or speed; a coordinate of a body's point, or of its velocity; a "
+                  "component of the direction of a body's axis, which tells orientations without singularities, or of "
+                  "its angular velocity; a point's distance from places; a coordinate, the height or the rise of a "
+                  "centre of mass; a contact's depth or force; of a designed body's shape the volume, the extent along "
+                  "an axis or "
+                  "the walls' least thickness; a command; the time; a number of the scene, such as a "
+                  "goal; of other signals the difference, norm, least or largest"},
+          signal.kind, {"angle",      "rate",           "displacement", "speed",
+                        "position",   "velocity",       "direction",    "angular_velocity",
+                        "distance",   "center_of_mass", "height",       "drift",
+                        "depth",      "force",          "volume",       "extent",
+                        "thickness",  "command",        "time",         "number",
+                        "difference", "norm",           "least",        "largest"});
 }
 
 SignalDimensions::SignalDimensions(World& world) {
@@ -168,7 +193,7 @@ SignalDimensions::SignalDimensions(World& world) {
                    [&](const RateSignal&) { add(kAngularSpeed); }, [&](const SpeedSignal&) { add(kSpeed); },
                    [&](const VelocitySignal&) { add(kSpeed); }, [&](const DirectionSignal&) { add(kDimensionless); },
                    [&](const AngularVelocitySignal&) { add(kAngularSpeed); },
-                   [&](const ForceSignal&) { add(kForceDimension); },
+                   [&](const ForceSignal&) { add(kForceDimension); }, [&](const VolumeSignal&) { add(kVolume); },
                    [&](const CommandSignal&) { add(kDimensionless); }, [&](const TimeSignal&) { add(kTime); },
                    [&](const NumberSignal& s) {
                      if (keys.empty()) keys = ListWorldKeys(world);

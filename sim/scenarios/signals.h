@@ -100,7 +100,7 @@ struct DriftSignal {
   double since = 0.0;  // [s], a whole number of steps
 };
 
-// ---- Contacts and commands ----------------------------------------------------------------------------------------
+// ---- Contacts -----------------------------------------------------------------------------------------------------
 
 // Of two bodies or ropes that have a contact: the depth of the deepest place [m], the size of the whole force [N].
 struct DepthSignal {
@@ -109,6 +109,23 @@ struct DepthSignal {
 struct ForceSignal {
   std::array<std::string, 2> bodies;
 };
+
+// ---- The design's shape, which stays as it is during a rollout ------------------------------------------------------
+// Of a designed body: shape_measures.h tells what they are.
+
+struct VolumeSignal {
+  std::string body;  // [m³]
+};
+struct ExtentSignal {
+  std::string body;  // [m]
+  Axis axis = Axis::kX;
+};
+struct ThicknessSignal {
+  std::string body;       // [m]
+  double blend = 0.2e-3;  // [m]
+};
+
+// ---- Commands -----------------------------------------------------------------------------------------------------
 
 // The command of an actuator in the interval that leads to the time, from −1 to 1 [-].
 struct CommandSignal {
@@ -139,10 +156,11 @@ struct LargestSignal {
   std::vector<std::string> of;
 };
 
-using SignalKind = std::variant<AngleSignal, RateSignal, DisplacementSignal, SpeedSignal, PositionSignal,
-                                VelocitySignal, DirectionSignal, AngularVelocitySignal, DistanceSignal,
-                                CenterOfMassSignal, HeightSignal, DriftSignal, DepthSignal, ForceSignal, CommandSignal,
-                                TimeSignal, NumberSignal, DifferenceSignal, NormSignal, LeastSignal, LargestSignal>;
+using SignalKind =
+    std::variant<AngleSignal, RateSignal, DisplacementSignal, SpeedSignal, PositionSignal, VelocitySignal,
+                 DirectionSignal, AngularVelocitySignal, DistanceSignal, CenterOfMassSignal, HeightSignal, DriftSignal,
+                 DepthSignal, ForceSignal, VolumeSignal, ExtentSignal, ThicknessSignal, CommandSignal, TimeSignal,
+                 NumberSignal, DifferenceSignal, NormSignal, LeastSignal, LargestSignal>;
 
 struct Signal {
   std::string name;

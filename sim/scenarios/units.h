@@ -24,6 +24,7 @@ struct Dimension {
 
 inline constexpr Dimension kDimensionless{};
 inline constexpr Dimension kLength{{1, 0, 0, 0}};
+inline constexpr Dimension kVolume{{3, 0, 0, 0}};
 inline constexpr Dimension kMass{{0, 1, 0, 0}};
 inline constexpr Dimension kTime{{0, 0, 1, 0}};
 inline constexpr Dimension kAngle{{0, 0, 0, 1}};

@@ -56,6 +56,7 @@ struct SignalCotangents {
   std::vector<Eigen::Vector3d> points;  // of each watched point (by its number), in its B
   std::vector<CommandCotangent> commands;
   std::vector<VertexCotangent> vertices;
+  std::vector<double> measures;  // of each measure of a design's shape (by its number)
 };
 
 class SignalFunction {

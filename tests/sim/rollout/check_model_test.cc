@@ -84,6 +84,12 @@ const SceneErrorCase kRefused[] = {
      "explicit inertia and stays"},
     {"VertexBeyondTheCage", "vertices: [20, 21, 22, 23]", "vertices: [20, 21, @24, 23]",
      "design.bodies.pusher.vertex_groups.right_tip.vertices[2]: value '24': the cage has 24 vertices, 0 to 23"},
+    {"BoxWithoutAVertex", "{name: right_tip, vertices: [20, 21, 22, 23]}",
+     "{name: right_tip, box: @{lower: [0 m, 0 m, 0 m], upper: [1 mm, 1 mm, 1 mm]}}",
+     "design.bodies.pusher.vertex_groups.right_tip.box: has none of the cage's vertices"},
+    {"PlaneWithoutAVertex", "{name: right_tip, vertices: [20, 21, 22, 23]}",
+     "{name: right_tip, plane: @{point: [1 m, 0 m, 0 m], normal: [1, 0, 0]}}",
+     "design.bodies.pusher.vertex_groups.right_tip.plane: has none of the cage's vertices"},
     {"NoMesh", "mesh: meshes/pusher.obj", "mesh: @meshes/make_pusher.py",
      "design.bodies.pusher.mesh: value 'meshes/make_pusher.py': meshes/make_pusher.py: cannot read '.py' files as "
      "meshes; save it as "

@@ -194,6 +194,9 @@ signals:
   - {name: least, type: least, of: [tip_x, tip_z, gap]}
   - {name: largest, type: largest, of: [tip_x, tip_z, gap]}
   - {name: ball_z, type: position, body: ball, axis: z}
+  - {name: bulk, type: volume, body: tool}
+  - {name: wide, type: extent, body: tool, axis: x}
+  - {name: wall, type: thickness, body: tool, blend: 20 mm}
   - {name: sunk, type: depth, bodies: [floor, tool]}
   - {name: in_bubble, type: depth, bodies: [tool, bubble]}
 )";
@@ -266,6 +269,36 @@ TEST_P(EverySignal, HasItsGradientAtTheEndOverSamplesAndAtACrossing) {
 
 INSTANTIATE_TEST_SUITE_P(All, EverySignal, testing::ValuesIn(ListSignals()),
                          [](const auto& the_case) { return the_case.param; });
+
+// The rest of the loss is a constant of the rollout, so that differences are good to nine digits; the arm need not
+// move.
+TEST(ShapeSignals, HaveTheirGradientToSevenDigits) {
+  for (const char* term :
+       {"signals: [bulk], scale: 1 cm^3", "signals: [wide], scale: 1 mm", "signals: [wall], scale: 1 mm",
+        "signals: [wall], scale: 1 mm, shape: log, side: below, "
+        "target: {type: number, value: 40 mm}"}) {
+    RolloutModel model = MakeArm(std::string("task: [{") + term + "}]");
+    const auto evaluate = [&](const VectorXd& theta) {
+      return model
+          .Run(MakeInput(model,
+                         (VectorXd(1 + model.num_controls()) << theta, VectorXd::Zero(model.num_controls())).finished(),
+                         false),
+               {})
+          .loss;
+    };
+    for (const double width : {0.0352, 0.043, 0.0487}) {
+      const VectorXd theta = VectorXd::Constant(1, width);
+      VectorXd x(1 + model.num_controls());
+      x << theta, VectorXd::Zero(model.num_controls());
+      const RolloutOutput out = model.Run(MakeInput(model, x, false), {});
+      EXPECT_TRUE(out.control_gradient.isZero(0.0));
+      EXPECT_TRUE(out.gradient_reliable);
+      EXPECT_GT(std::abs(out.gradient(0)), 1.0) << term;
+      EXPECT_NEAR(out.gradient(0), test::CalcDifference(evaluate, theta, 0, 1e-5), 1e-7 * std::abs(out.gradient(0)))
+          << term;
+    }
+  }
+}
 
 TEST(EveryKind, OfSignalIsAmongThem) {
   std::set<std::size_t> kinds;

@@ -7,8 +7,11 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <sstream>
+#include <vector>
 
+#include "sim/geometry/shape_measures.h"
 #include "sim/rollout/rollout.h"
 #include "sim/scenarios/scenario_files.h"
 #include "tests/sim/rollout/differences.h"
@@ -269,6 +272,53 @@ constexpr ArmCase kArmCases[] = {{"InAir", false, false},
                                  {"InContactUnderAPolicy", true, true}};
 INSTANTIATE_TEST_SUITE_P(OpenAndClosedLoop, ArmGradient, testing::ValuesIn(kArmCases),
                          [](const auto& at) { return at.param.name; });
+
+// ---- Pushing's bar
+// ---------------------------------------------------------------------------------------------------
+
+SceneDesign MakePusher(const std::vector<std::string>& overrides = {}) {
+  const LoadedScenario scenario = LoadScenario(std::string(KNAP_CONFIGS) + "/pushing.yaml", overrides);
+  EXPECT_TRUE(scenario.parsed.ok()) << scenario.parsed.FormatErrors();
+  return SceneDesign(scenario.parsed.scene, scenario.files);
+}
+
+// Volume, extents and thickness of the bent bar, in all seven parameters, to seven digits.
+TEST(PusherShape, MeasuresHaveTheirGradientsInTheta) {
+  const SceneDesign design = MakePusher();
+  const CageDesign& cage = *design.Find("pusher");
+  std::vector<std::function<ShapeMeasure(const TriangleMesh&)>> measures = {MeasureVolume};
+  for (int k = 0; k < 3; ++k) measures.emplace_back([k](const TriangleMesh& m) { return MeasureExtent(m, k); });
+  for (const double blend : {0.2e-3, 1e-3}) {
+    measures.emplace_back([blend](const TriangleMesh& m) { return MeasureThickness(m, blend); });
+  }
+  const std::vector<VectorXd> thetas = {
+      (VectorXd(7) << 0.0413, 0.0276, 0.0312, 0.0121, 0.0263, 0.0031, -0.0017).finished(),
+      (VectorXd(7) << 0.0371, 0.0291, 0.0237, -0.0083, 0.0187, -0.0024, 0.0038).finished()};
+  for (const VectorXd& theta : thetas) {
+    for (std::size_t m = 0; m < measures.size(); ++m) {
+      const VectorXd gradient = cage.PullBack(measures[m](cage.CalcMesh(theta)).gradient);
+      const double largest = gradient.lpNorm<Eigen::Infinity>();
+      // The bar is as high everywhere, whatever its parameters.
+      EXPECT_EQ(largest > 1e-12, m != 3) << m;
+      const auto evaluate = [&](const VectorXd& at) { return measures[m](cage.CalcMesh(at)).value; };
+      // Small steps for the thickness, whose slope jumps where a ray comes to another triangle.
+      for (Eigen::Index i = 0; i < 7; ++i) {
+        EXPECT_NEAR(gradient(i), test::CalcDifference(evaluate, theta, i, m < 4 ? 1e-5 : 1e-7), 1e-7 * largest + 1e-12)
+            << m << " " << i;
+      }
+    }
+  }
+}
+
+TEST(PusherShape, GroupsByBoxAndPlaneAreThoseByNumber) {
+  const SceneDesign by_number = MakePusher();
+  const SceneDesign chosen = MakePusher(
+      {"design.bodies.pusher.vertex_groups.left_tip.vertices=[]",
+       "design.bodies.pusher.vertex_groups.left_tip.box={lower: [-53 mm, -13 mm, -1 mm], upper: [-53 mm, 1 mm, 21 mm]}",
+       "design.bodies.pusher.vertex_groups.right_tip.vertices=[]",
+       "design.bodies.pusher.vertex_groups.right_tip.plane={point: [53 mm, 0 mm, 0 mm], normal: [2, 0, 0]}"});
+  EXPECT_EQ(by_number.Find("pusher")->dc_dtheta(), chosen.Find("pusher")->dc_dtheta());
+}
 
 }  // namespace
 }  // namespace knap

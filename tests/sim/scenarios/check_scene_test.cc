@@ -93,6 +93,19 @@ const SceneErrorCase kContradictions[] = {
      "signals.rope_depth.bodies: pill has no contact with ground; see contacts"},
     {"ForceWithoutAContact", "type: force, bodies: [rope, rope]", "type: force, bodies: @[ground, ground]",
      "signals.rope_force.bodies: ground has no contact with ground; see contacts"},
+    {"VolumeOfWhatNothingDesigns", "type: volume, body: tool", "type: volume, body: @pill",
+     "signals.tool_volume.body: value 'pill': none of its shapes is a designed mesh; others stay as they are"},
+    {"ExtentOfWhatNothingDesigns", "type: extent, body: tool", "type: extent, body: @pill",
+     "signals.tool_length.body: value 'pill': none of its shapes is a designed mesh; others stay as they are"},
+    {"ThicknessOfWhatNothingDesigns", "type: thickness, body: tool", "type: thickness, body: @pill",
+     "signals.tool_wall.body: value 'pill': none of its shapes is a designed mesh; others stay as they are"},
+    {"GroupInTwoWays", "{name: front, box", "{name: @front, vertices: [0], box",
+     "design.bodies.tool.vertex_groups.front.name: value 'front': needs one of vertices, box and plane to say which "
+     "vertices of the cage it has"},
+    {"BoxUpsideDown", "lower: [-1 m, 0 mm, -1 m]", "lower: [-1 m, @2 cm, -1 m]",
+     "design.bodies.tool.vertex_groups.front.box.lower[1]: value '2 cm': must not be more than upper, 0.01 m"},
+    {"PlaneWithoutASide", "normal: [0, 0, 2]", "normal: @[0, 0, 0]",
+     "design.bodies.tool.vertex_groups.top.plane.normal: must not be zero"},
     {"CommandOfWhatNothingDrives", "actuator: slider}", "actuator: @swivel}",
      "signals.slider_command.actuator: value 'swivel': neither controls nor a policy drive this body's joint"},
     {"DifferenceOfThree", "of: [pea_x, goal]", "of: @[pea_x, pea_y, goal]",
@@ -148,14 +161,17 @@ const SceneErrorCase kContradictions[] = {
      "success.of[1].of[2].when.until: value '1.9 s': must be at most the horizon, 1 s"},
     {"PolicySeesADrift", "{signal: goal, offset: 1 mm", "{signal: @rope_drift, offset: 1 mm",
      "policy.observations[9].signal: value 'rope_drift': a policy sees the present state alone, and 'rope_drift' looks "
-     "at more: drifts, commands and contacts cannot be observed"},
+     "at more: drifts, commands, contacts and shapes cannot be observed"},
     {"PolicySeesACommand", "{signal: swivel_up, offset: 0.1", "{signal: @slider_command, offset: 0.1",
      "policy.observations[6].signal: value 'slider_command': a policy sees the present state alone, and "
-     "'slider_command' looks at more: drifts, commands and contacts cannot be observed"},
+     "'slider_command' looks at more: drifts, commands, contacts and shapes cannot be observed"},
     {"PolicySeesAContact", "{signal: goal, offset: 1 mm", "{signal: @rope_depth, offset: 1 mm",
      "policy.observations[9].signal: value 'rope_depth': a policy sees the present state alone, and 'rope_depth' looks "
      "at "
-     "more: drifts, commands and contacts cannot be observed"},
+     "more: drifts, commands, contacts and shapes cannot be observed"},
+    {"PolicySeesAShape", "{signal: goal, offset: 1 mm", "{signal: @tool_length, offset: 1 mm",
+     "policy.observations[9].signal: value 'tool_length': a policy sees the present state alone, and 'tool_length' "
+     "looks at more: drifts, commands, contacts and shapes cannot be observed"},
     {"WeightBoundsSwapped", "lower: -2\n  upper: 2.5", "lower: @2.6\n  upper: 2.5",
      "policy.lower: value '2.6': must be less than upper, 2.5"},
     {"RandomWeightsOutside", "lower: -2\n  upper: 2.5", "lower: @0.5\n  upper: 2.5",
@@ -356,10 +372,11 @@ TEST(CheckScene, DecimalTimesFit) {
 TEST(CheckScene, MadeOfAContactLooksAtAContact) {
   const std::string made = EditScene(kEverythingYaml, "of: [away, nearest]", "of: [away, rope_depth]").text;
   const EditedScene seen = EditScene(made, "{signal: goal, offset: 1 mm", "{signal: @farthest, offset: 1 mm");
-  EXPECT_EQ(ParseEditedScene(seen), "f.yaml:" + seen.place +
-                                        ": policy.observations[9].signal: value 'farthest': a policy sees the present "
-                                        "state alone, and 'farthest' looks at more: drifts, commands and contacts "
-                                        "cannot be observed\n");
+  EXPECT_EQ(ParseEditedScene(seen),
+            "f.yaml:" + seen.place +
+                ": policy.observations[9].signal: value 'farthest': a policy sees the present "
+                "state alone, and 'farthest' looks at more: drifts, commands, contacts and shapes "
+                "cannot be observed\n");
 }
 
 // The longest of at most 4 ms of which every time that has to be a whole number of steps is one.

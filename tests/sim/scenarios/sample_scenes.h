@@ -136,6 +136,9 @@ signals:
   - {name: rope_drift, type: drift, of: [rope], carried_by: wall, since: 80 ms}
   - {name: rope_depth, type: depth, bodies: [rope, tool]}
   - {name: rope_force, type: force, bodies: [rope, rope]}
+  - {name: tool_volume, type: volume, body: tool}
+  - {name: tool_length, type: extent, body: tool, axis: y}
+  - {name: tool_wall, type: thickness, body: tool, blend: 0.3 mm}
   - {name: slider_command, type: command, actuator: slider}
   - {name: clock, type: time}
   - {name: goal, type: number, key: "signals.pill_error.targets[0].position[0]"}
@@ -156,6 +159,8 @@ design:
       vertex_groups:
         - {name: left, vertices: [0, 1, 2, 3]}
         - {name: right, vertices: [4, 5]}
+        - {name: front, box: {lower: [-1 m, 0 mm, -1 m], upper: [1 m, 1 cm, 1 m]}}
+        - {name: top, plane: {point: [0 mm, 0 mm, 5 mm], normal: [0, 0, 2]}}
       moves:
         - {parameter: width, group: left, direction: [-0.5, 0, 0]}
         - {parameter: width, group: right, direction: [0.5, 0, 0]}
@@ -208,7 +213,8 @@ variation:
   - {key: "loss.task[0].target.value", distribution: uniform, lower: -1 mm, upper: 1 mm}
 controls: {actuators: [slider], interval: 100 ms, squash: none, initial: 0.5, lower: -1, upper: 0.75}
 learning: {method: simple_continual, optimize: [design, control], variations: 10, batch: 2, dimensions_per_batch: 1,
-           alpha: 0.2, learning_rate: 0.5, decay: 0.4, optimizer: LD_MMA, max_evaluations: 7, seed: 9007199254740991}
+           alpha: 0.2, learning_rate: 0.5, decay: 0.4, optimizer: LD_MMA, max_evaluations: 7, seed: 9007199254740991,
+           start: [0.04, 1e-3]}
 policy:
   actuators: [hinge]
   interval: 100 ms

@@ -72,9 +72,9 @@ TEST_F(ScenarioFilesTest, MissingFilesAreErrorsOfTheConfig) {
   const std::string file = (folder_ / "scene.yaml").string();
   const std::string meshes = (folder_ / "meshes").string();
   EXPECT_EQ(loaded.parsed.FormatErrors(),
-            file + ":130:13: design.bodies.tool.mesh: value 'meshes/tool.obj': the file " + meshes +
+            file + ":133:13: design.bodies.tool.mesh: value 'meshes/tool.obj': the file " + meshes +
                 "/tool.obj cannot be read: No such file or directory\n" + file +
-                ":131:13: design.bodies.tool.cage: value 'meshes/tool_cage.obj': the file " + meshes +
+                ":134:13: design.bodies.tool.cage: value 'meshes/tool_cage.obj': the file " + meshes +
                 "/tool_cage.obj cannot be read: not a regular file\n"
                 "command line: learning.batch=x: learning.batch: value 'x': expected an integer, from 1 to 1e+06\n");
   EXPECT_TRUE(loaded.files.empty());
