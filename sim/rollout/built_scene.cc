@@ -2,6 +2,7 @@
 
 #include <cstddef>
 
+#include "sim/rollout/perturb_scene.h"
 #include "sim/scenarios/apply_variation.h"
 #include "sim/scenarios/scenario_files.h"
 
@@ -50,6 +51,7 @@ BuiltScene SceneSource::Build(const VectorXd& theta, const std::vector<double>& 
   BuiltScene built;
   built.scene = Scene(scene_);  // of a copied variant GCC 12 warns that it is uninitialized; not of a moved one
   ApplyVariation(built.scene, variation);
+  PerturbScene(&built.scene);
   built.moved = Scene(built.scene);
   if (design_) design_->MoveAttachments(theta, &built.moved);
   built.shapes = GetShapes(theta);
