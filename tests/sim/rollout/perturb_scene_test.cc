@@ -29,7 +29,12 @@ name: perturbed
 gravity: [2 m/s^2, -3 m/s^2, -6 m/s^2]
 bodies:
   - name: arm
-    joint: {{type: prescribed, motion: {{type: constant_velocity, velocity: [100 mm/s, 0 mm/s, 0 mm/s], angular_velocity: [0 rad/s, 0 rad/s, 2 rad/s]}}}}
+    joint:
+      type: prescribed
+      motion:
+        type: constant_velocity
+        velocity: [100 mm/s, 0 mm/s, 0 mm/s]
+        angular_velocity: [0 rad/s, 0 rad/s, 2 rad/s]
     shapes: [{{type: box, size: [10 mm, 10 mm, 10 mm]}}]
   - name: block
     joint: {{type: free, orientation_rpy: [30 deg, 20 deg, 10 deg]}}
