@@ -7,7 +7,6 @@
 #include <BulletCollision/CollisionDispatch/btSimulationIslandManager.h>
 #include <BulletCollision/CollisionShapes/btEmptyShape.h>
 #include <BulletDynamics/ConstraintSolver/btPoint2PointConstraint.h>
-#include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 
@@ -22,6 +21,7 @@
 #include "sim/multibody/dynamics.h"
 #include "sim/scenarios/check_rules.h"
 #include "sim/transfer/bullet_units.h"
+#include "sim/transfer/cone_solver.h"
 #include "sim/transfer/contact_law.h"
 #include "sim/transfer/soft_links.h"
 
@@ -435,7 +435,7 @@ class BulletWorld::Contents {
   btDefaultCollisionConfiguration configuration_;
   PairDispatcher dispatcher_;
   btDbvtBroadphase broadphase_;
-  btSequentialImpulseConstraintSolver solver_;
+  ConeSolver solver_;
   btDiscreteDynamicsWorld world_;
   std::vector<std::unique_ptr<btPoint2PointConstraint>> ties_;
   std::vector<GripTie> grips_;

@@ -10,10 +10,11 @@
 //
 // so that the impulse −h (k (d + h u) + c u) of the implicit step acts, solved together with all other constraints.
 //
-// Contacts are Bullet's own, between the pairs that the scene names alone; each point has the pair's friction and
-// rebound (contact_law.h). Bullet closes the gap of a point within the step that would reach it, and takes the gap off
-// the rebound; the coefficient that it is given makes up for that. Its own rolling friction brakes about two fixed axes
-// of the contact's plane, by up to 1.41 times as much and not along the way; so before each step the torque impulse
+// Contacts are Bullet's own, between the pairs that the scene names alone; each point has the pair's friction, in a
+// cone (cone_solver.h), and rebound (contact_law.h). Bullet closes the gap of a point within the step that would reach
+// it, and takes the gap off the rebound; the coefficient that it is given makes up for that. Its own rolling friction
+// brakes about two fixed axes of the contact's plane, by up to 1.41 times as much and not along the way; so before each
+// step the torque impulse
 //
 //   −c_r r J w_t/|w_t|      J the normal impulse of the step before, w_t as in patch_law.h; no more than stops w_t
 //

@@ -2,18 +2,25 @@
 
 #include <cmath>
 
+#include "sim/math/smooth_ramp.h"
+
 namespace knap {
 
 double CalcRebound(double damping, double speed) {
   const double x = damping * speed;
-  if (x < 1e-6) return 1.0 - 2.0 / 3.0 * x;
+  if (x < 1e-6) return 1.0;
   const double energy = x - std::log1p(x);
-  double low = 0.0, high = 1.0;
-  for (int i = 0; i < 60; ++i) {
-    const double y = 0.5 * (low + high);
-    (-y - std::log1p(-y) < energy ? low : high) = y;
+  // The return, in steps of y short beside x, so that the last one is found well by its share.
+  constexpr int kSteps = 1000;
+  const double h = std::fmin(x, 1.0) / kSteps;
+  double passed = 0.0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double y = (i + 0.5) * h;
+    const double slice = h * y / CalcSmoothRamp(1.0 - y, 1.0).value;
+    if (passed + slice >= energy) return (i + (energy - passed) / slice) * h / x;
+    passed += slice;
   }
-  return std::fmin(1.0, 0.5 * (low + high) / x);
+  return std::fmin(1.0, 1.0 / x);
 }
 
 }  // namespace knap
