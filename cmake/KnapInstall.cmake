@@ -19,11 +19,11 @@ install(FILES coordinator/cli/completion.bash DESTINATION ${CMAKE_INSTALL_DATADI
 # knap::sim, the simulator without the cluster: all of sim/, by its headers as they include one another.
 add_library(knap_sim INTERFACE)
 add_library(knap::sim ALIAS knap_sim)
-target_link_libraries(knap_sim INTERFACE knap_sim_rollout)
+target_link_libraries(knap_sim INTERFACE knap_sim_rollout knap_sim_transfer)
 set_target_properties(knap_sim PROPERTIES EXPORT_NAME sim)
 set(knap_sim_libraries
   geometry morphology sim_contact sim_contact_geometry sim_gradient sim_integrators sim_math sim_multibody sim_policy
-  sim_rollout sim_scenarios sim_signals)
+  sim_rollout sim_scenarios sim_signals sim_transfer)
 list(TRANSFORM knap_sim_libraries PREPEND knap_)
 install(TARGETS knap_sim ${knap_sim_libraries} EXPORT knap_targets ARCHIVE)
 install(DIRECTORY sim DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/knap FILES_MATCHING PATTERN "*.h")

@@ -99,6 +99,7 @@ std::string LocalWorkers::MakeLogPath(const Slot& slot) const {
 std::string LocalWorkers::Start(Slot* slot) {
   std::vector<std::string> words = {options_.program, "--lcm-url", options_.lcm_url, "--name", slot->name};
   if (!options_.key_file.empty()) words.insert(words.end(), {"--key", options_.key_file});
+  if (!options_.engine.empty()) words.insert(words.end(), {"--engine", options_.engine});
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);

@@ -27,6 +27,7 @@ struct LocalWorkerOptions {
   std::string lcm_url;
   std::string key_file;       // empty: the public default key
   std::string log_directory;  // worker NAME writes its stderr to NAME.log there if it can; empty: to ours
+  std::string engine{};       // of those that the program has; empty: its first
 };
 
 // `program` in the folder of the running executable.

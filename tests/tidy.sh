@@ -96,6 +96,8 @@ forbid 'only coordinator/cli and its tests include coordinator/cli' '^#include "
 forbid 'only coordinator/optimizer uses NLopt' '^#include <nlopt' "${beyond_optimizer[@]}"
 forbid 'programs write with lcmtypes/program/standard_streams.h' \
   '\bfmt::print\(|\bf?printf\(|\bf?puts\(|std::c(out|err)\b' "${programs[@]}"
+mapfile -t beyond_bullet < <(select_files '\.(h|cc)$' '^(sim/(geometry|transfer)|tests)/')
+forbid 'only sim/geometry and sim/transfer use Bullet' '^#include <(Bullet|LinearMath)' "${beyond_bullet[@]}"
 forbid 'only sim/geometry uses assimp' '^#include <assimp' "${beyond_geometry[@]}"
 
 # --- The top level --------------------------------------------------------------------------------------------------

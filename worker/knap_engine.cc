@@ -72,7 +72,7 @@ class KnapScenario final : public EngineScenario {
 
 class KnapEngine final : public Engine {
  public:
-  EngineIdentity identity() const override { return MakeKnapIdentity("/proc/self/exe"); }
+  EngineIdentity identity() const override { return MakeOwnIdentity(kKnapEngine, "/proc/self/exe"); }
   std::unique_ptr<EngineScenario> Load(const ScenarioFiles& files) override {
     return std::make_unique<KnapScenario>(files);
   }
@@ -80,6 +80,6 @@ class KnapEngine final : public Engine {
 
 }  // namespace
 
-std::unique_ptr<Engine> MakeEngine() { return std::make_unique<KnapEngine>(); }
+std::unique_ptr<Engine> MakeKnapEngine() { return std::make_unique<KnapEngine>(); }
 
 }  // namespace knap

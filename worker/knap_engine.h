@@ -1,4 +1,4 @@
-// The engine that the program knap-worker runs.
+// The engine `knap`: the differentiable simulator.
 #pragma once
 
 #include <memory>
@@ -7,6 +7,6 @@
 
 namespace knap {
 
-std::unique_ptr<Engine> MakeEngine();
+std::unique_ptr<Engine> MakeKnapEngine();
 
 }  // namespace knap

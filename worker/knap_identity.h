@@ -1,4 +1,4 @@
-// Who the engine `knap` is: the program knap-worker and how this machine computes.
+// Who the engines of the program knap-worker are: the program itself and how this machine computes.
 #pragma once
 
 #include <string>
@@ -7,8 +7,14 @@
 
 namespace knap {
 
-// Name `knap`; build: the first 12 hexadecimal digits of the SHA-256 of the file `program`, knap-worker's; fingerprint
-// of CalcKnownNumbers. Takes some 10 ms. Throws std::runtime_error when the file cannot be read.
-EngineIdentity MakeKnapIdentity(const std::string& program);
+inline constexpr char kKnapEngine[] = "knap";      // the differentiable simulator
+inline constexpr char kBulletEngine[] = "bullet";  // the same scenes in Bullet's dynamics, without gradients
+
+bool IsOwnEngine(const std::string& name);
+
+// Of an own engine: its name; build: the first 12 hexadecimal digits of the SHA-256 of the file `program`,
+// knap-worker's; fingerprint of CalcKnownNumbers, and of bullet of CalcTransferNumbers besides. Takes some 10 ms.
+// Throws std::runtime_error when the file cannot be read.
+EngineIdentity MakeOwnIdentity(const std::string& engine, const std::string& program);
 
 }  // namespace knap

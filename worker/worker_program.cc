@@ -65,16 +65,23 @@ void Work(WorkerReactor* reactor) {
 
 }  // namespace
 
-int RunWorkerProgram(int argc, char** argv, std::unique_ptr<Engine> engine) {
+int RunWorkerProgram(int argc, char** argv, const std::vector<EngineChoice>& engines) {
   SecureStandardStreams();
   const std::string host = FindHostName();
   std::string url;
   std::string key_file;
   std::string name = MakeDefaultName(host);
+  std::string engine_name = engines.front().name;
   CLI::App app("Computes rollouts for a knap coordinator.", "knap-worker");
   app.add_option("--lcm-url", url, fmt::format("LCM network (default: LCM_DEFAULT_URL, else {})", kDefaultLcmUrl));
   app.add_option("--key", key_file, "file with the run's key (default: a public one)");
   app.add_option("--name", name, "name of this worker, 1 to 40 of A-Z a-z 0-9 _ - (default: HOST-PID)");
+  if (engines.size() > 1) {
+    std::vector<std::string> names;
+    for (const EngineChoice& choice : engines) names.push_back(choice.name);
+    app.add_option("--engine", engine_name, fmt::format("that computes (default: {})", engine_name))
+        ->check(CLI::IsMember(names));
+  }
   try {
     app.parse(argc, argv);
     if (!IsName(name)) {
@@ -97,6 +104,9 @@ int RunWorkerProgram(int argc, char** argv, std::unique_ptr<Engine> engine) {
     const SteadyClock clock;
     const std::unique_ptr<Transport> transport =
         OpenTransport(ChooseLcmUrl(url, kDefaultLcmUrl), WorkerReactor::ListChannels(name), &clock);
+    const auto choice =
+        std::find_if(engines.begin(), engines.end(), [&](const EngineChoice& c) { return c.name == engine_name; });
+    const std::unique_ptr<Engine> engine = choice->make();
     ThreadedExecutor executor(engine.get(), [&transport] { transport->Wake(); });
     WorkerReactor reactor({name, MakeNonce(), engine->identity(), host, static_cast<std::int32_t>(getpid())}, key,
                           transport.get(), &clock, &executor);

@@ -9,6 +9,7 @@ namespace knap {
 
 // Adds --workers, --external, --engine, --lcm-url, --key and --wait. `options` is written when the command line is
 // parsed.
-void AddClusterFlags(CLI::App* command, ClusterOptions* options);
+// `own_engines`: whether own workers may have another engine than knap; the command itself refuses names that are none.
+void AddClusterFlags(CLI::App* command, ClusterOptions* options, bool own_engines = false);
 
 }  // namespace knap

@@ -53,7 +53,7 @@ int CalcWorkerCount(const ClusterOptions& options) {
 }
 
 EngineIdentity FindEngineIdentity(const std::string& name) {
-  if (name == "knap") return MakeKnapIdentity(FindWorkerProgram());
+  if (IsOwnEngine(name)) return MakeOwnIdentity(name, FindWorkerProgram());
   return {name, "", {}};
 }
 
@@ -63,6 +63,7 @@ ClusterSession::ClusterSession(const ClusterOptions& options, const EngineIdenti
       lcm_url_(ChooseUrl(options)),
       key_file_(options.key_file),
       key_(ChooseKey(options)),
+      engine_(engine.name),
       workers_wanted_(options.external ? 0 : CalcWorkerCount(options)) {
   transport_ = OpenTransport(lcm_url_, Dispatcher::ListChannels(), &clock_);
   DispatchOptions dispatch;
@@ -103,6 +104,7 @@ void ClusterSession::StartWorkers(const fs::path& directory) {
   LocalWorkerOptions options;
   options.count = workers_wanted_;
   options.program = FindWorkerProgram();
+  options.engine = engine_;
   options.lcm_url = lcm_url_;
   options.key_file = key_file_;
   options.log_directory = logs.string();

@@ -25,15 +25,15 @@ namespace knap {
 
 struct ClusterOptions {
   bool external = false;
-  std::string engine = "knap";  // that workers must have; another one than knap's own only when external
+  std::string engine = "knap";  // that workers must have; when not external one of knap-worker's own
   int workers = 0;              // to start; 0: one a core. Without meaning when external.
   std::string lcm_url;          // empty: LCM_DEFAULT_URL, else a free port (external: the default address)
   std::string key_file;         // empty: a random key of this run's (external: the public key)
   double no_worker_s = 30.0;    // so long without any worker: NoWorkers
 };
 
-// What a run of this program expects of its workers' engine: for `knap` the build of the knap-worker beside this
-// program and how this machine computes; any other name must stand for one arithmetic, without build and fingerprint.
+// What a run of this program expects of its workers' engine: for those of knap-worker its build beside this program and
+// how this machine computes; any other name must stand for one arithmetic, without build and fingerprint.
 // Throws std::runtime_error when knap-worker is not there.
 EngineIdentity FindEngineIdentity(const std::string& name);
 
@@ -79,6 +79,7 @@ class ClusterSession {
   std::unique_ptr<TemporaryFolder> temporary_;
   std::string key_file_;
   RunKey key_;
+  std::string engine_;
   int workers_wanted_ = 0;
   SteadyClock clock_;
   std::unique_ptr<Transport> transport_;

@@ -14,7 +14,6 @@
 #include "sim/scenarios/check_rules.h"
 
 namespace knap {
-namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -27,6 +26,17 @@ Vector3d CalcGravity(const World& world) {
   const double azimuth = world.gravity_direction->azimuth;
   return world.gravity.norm() * Vector3d(level * std::cos(azimuth), level * std::sin(azimuth), z);
 }
+
+Matrix3d MakeLinkAxes(const Vector3d& direction_W) {
+  Matrix3d R_WL;
+  R_WL.col(0) = direction_W.normalized();
+  const bool upright = std::abs(R_WL(2, 0)) > 0.9;
+  R_WL.col(1) = (upright ? Vector3d::UnitX() : Vector3d::UnitZ()).cross(R_WL.col(0)).normalized();
+  R_WL.col(2) = R_WL.col(0).cross(R_WL.col(1));
+  return R_WL;
+}
+
+namespace {
 
 // The level axis across a direction; any one where the direction is plumb. Of its two senses the one nearer to a fixed
 // direction, so that it hangs on where down is whether a turn dips this end first or the other.
@@ -65,7 +75,7 @@ PrescribedMotion MakeJointPath(const JointPathMotion& motion, const RecordedPath
           spline = paths.at({motion.file, motion.column})](double time) { return calc(axis, spline.Calc(time)); };
 }
 
-PrescribedMotion MakeMotion(const Motion& motion, const Vector3d& gravity, const RecordedPaths& paths) {
+PrescribedMotion MakeMotionAsWritten(const Motion& motion, const Vector3d& gravity, const RecordedPaths& paths) {
   return std::visit(Overloaded{[](const ZigzagMotion& m) -> PrescribedMotion {
                                  const Zigzag zigzag{m.amplitude, m.period, m.sharpness, m.forward_speed, m.stop_at};
                                  return [zigzag](double time) { return CalcZigzag(zigzag, time); };
@@ -85,6 +95,19 @@ PrescribedMotion MakeMotion(const Motion& motion, const Vector3d& gravity, const
                     motion);
 }
 
+// At so many times the speed that is written.
+PrescribedMotion MakeMotion(const Motion& motion, double speed, const Vector3d& gravity, const RecordedPaths& paths) {
+  const PrescribedMotion as_written = MakeMotionAsWritten(motion, gravity, paths);
+  if (speed == 1.0) return as_written;
+  return [as_written, speed](double time) {
+    PrescribedState state = as_written(speed * time);
+    state.V *= speed;
+    state.A *= speed * speed;
+    state.jerk *= speed * speed * speed;
+    return state;
+  };
+}
+
 // A rope at time 0.
 struct RopePlace {
   Vector3d start;              // of its first joint in W
@@ -96,10 +119,12 @@ RopePlace PlaceHelix(const Rope& rope, const HelixState& helix) {
   const double rise = helix.advance / (4.0 * links_per_side);  // along x, a link
   const double along = std::sqrt(rope.pitch * rope.pitch - rise * rise);
   const double half_side = 0.5 * links_per_side * along;
-  RopePlace place{helix.center + Vector3d(-0.5 * static_cast<double>(rope.links) * rise, half_side, half_side), {}};
+  const Matrix3d whole = Eigen::AngleAxisd(helix.turn, Vector3d::UnitX()).toRotationMatrix();
+  const Vector3d first(-0.5 * static_cast<double>(rope.links) * rise, half_side, half_side);
+  RopePlace place{helix.center + whole * first, {}};
   for (int i = 0; i < rope.links; ++i) {
     const Matrix3d side =
-        Eigen::AngleAxisd(0.5 * std::numbers::pi * (i / links_per_side), Vector3d::UnitX()).toRotationMatrix();
+        whole * Eigen::AngleAxisd(0.5 * std::numbers::pi * (i / links_per_side), Vector3d::UnitX()).toRotationMatrix();
     Matrix3d R_WL;
     R_WL.col(0) = side * Vector3d(rise, -along, 0.0) / rope.pitch;
     R_WL.col(2) = side * Vector3d::UnitZ();
@@ -109,13 +134,8 @@ RopePlace PlaceHelix(const Rope& rope, const HelixState& helix) {
   return place;
 }
 
-// z as near to the world's as the direction lets it be, else y.
 RopePlace PlaceStraight(const Rope& rope, const StraightState& straight) {
-  Matrix3d R_WL;
-  R_WL.col(0) = straight.direction.normalized();
-  const bool upright = std::abs(R_WL(2, 0)) > 0.9;
-  R_WL.col(1) = (upright ? Vector3d::UnitX() : Vector3d::UnitZ()).cross(R_WL.col(0)).normalized();
-  R_WL.col(2) = R_WL.col(0).cross(R_WL.col(1));
+  const Matrix3d R_WL = MakeLinkAxes(straight.direction);
   return {straight.start, std::vector<Matrix3d>(static_cast<std::size_t>(rope.links), R_WL)};
 }
 
@@ -128,7 +148,9 @@ RopePlace PlaceRope(const Rope& rope) {
 // Adds bodies one by one and remembers the initial state of their joints.
 class Builder {
  public:
-  Builder(const Vector3d& gravity, const RecordedPaths& paths) : paths_(paths) { model_.tree.gravity = gravity; }
+  Builder(const Vector3d& gravity, double speed, const RecordedPaths& paths) : paths_(paths), speed_(speed) {
+    model_.tree.gravity = gravity;
+  }
 
   void Add(const Body& body, const std::vector<const MassProperties*>& of_unit_density) {
     model_.joint_index[body.name] = model_.tree.size();
@@ -142,7 +164,7 @@ class Builder {
                    [&](const PrescribedJoint& j) {
                      tree_body.joint = JointType::kPrescribed;
                      tree_body.motion =
-                         MakeMotion(j.motion, tree_body.X_PF.R.transpose() * model_.tree.gravity, paths_);
+                         MakeMotion(j.motion, speed_, tree_body.X_PF.R.transpose() * model_.tree.gravity, paths_);
                      Append(tree_body, M, {}, {});
                    },
                    [&](const RevoluteJoint& j) {
@@ -257,6 +279,7 @@ class Builder {
 
   SceneModel model_;
   const RecordedPaths& paths_;
+  double speed_;
   std::vector<double> q_;
   std::vector<double> v_;
 };
@@ -383,7 +406,7 @@ SceneModel BuildModel(const World& world, const DesignedShapes& shapes, const Fi
     }
     return masses;
   };
-  Builder builder(CalcGravity(world), paths);
+  Builder builder(CalcGravity(world), world.perturbation ? world.perturbation->speed : 1.0, paths);
   // Parents first, else in the order of the file.
   std::vector<bool> added(world.bodies.size(), false);
   for (std::size_t count = 0; count < world.bodies.size(); ++count) {

@@ -49,6 +49,12 @@ struct SceneModel {
   Eigen::VectorXd v0;
 };
 
+// In W [m/s²].
+Eigen::Vector3d CalcGravity(const Scene& scene);
+
+// R_WL of a straight rope's links: z as near to the world's as the direction lets it be, else y.
+Eigen::Matrix3d MakeLinkAxes(const Eigen::Vector3d& direction_W);
+
 // `shapes` of all designed bodies, without faults; `meshes` of all others that have one. Throws std::runtime_error with
 // one line naming what this simulator cannot do: a contact of a body without shapes, a mass spread over a shape
 // without a volume. Contacts that ContactModel refuses are reported there.

@@ -55,14 +55,14 @@ class WithinEvaluation {
     double longest = -1.0;  // time without a break [s]; negative: at no state
   };
   Span FindLongest(double from, double until) const {
-    const Trajectory& trajectory = watched_.track.trajectory();
+    const RolloutTrack& track = watched_.track;
     const double end = until == 0.0 ? watched_.rollout.horizon : until;
     Span span;
     bool lasts = false;
     double since = 0.0;
-    for (int k = 0; k < trajectory.size(); ++k) {
-      const double time = trajectory.time(k);
-      if (trajectory.formula(k).is_stage || time < from - kRounding || time > end + kRounding) continue;
+    for (int k = 0; k < track.size(); ++k) {
+      const double time = track.time(k);
+      if (track.IsStage(k) || time < from - kRounding || time > end + kRounding) continue;
       if (!IsTrueAt(k)) {
         span.all = false;
         lasts = false;

@@ -115,13 +115,17 @@ void AppendRollout(RolloutModel* model, const RolloutInput& input, std::vector<d
 
 }  // namespace
 
+std::map<std::string, std::string> MakeKnownScenario() {
+  return {{kScenarioFileName, kScene},
+          {"box.obj", MakeBoxObj(-20, 20, -12, 0, 0, 20)},
+          {"cage.obj", MakeBoxObj(-21, 21, -13, 1, -1, 21)}};
+}
+
 std::vector<double> CalcKnownNumbers() {
   std::vector<double> numbers;
   AppendElementaryFunctions(&numbers);
 
-  RolloutModel model({{kScenarioFileName, kScene},
-                      {"box.obj", MakeBoxObj(-20, 20, -12, 0, 0, 20)},
-                      {"cage.obj", MakeBoxObj(-21, 21, -13, 1, -1, 21)}});
+  RolloutModel model(MakeKnownScenario());
   RolloutInput input;
   input.theta = model.design()->initial_theta();
   input.variation = {0.002};

@@ -8,9 +8,14 @@
 // Equal numbers do not prove equal programs: the build is compared beside them [lcmtypes/wire/engine_identity.h].
 #pragma once
 
+#include <map>
+#include <string>
 #include <vector>
 
 namespace knap {
+
+// The scenario of the known rollout: two parameters, one varied number.
+std::map<std::string, std::string> MakeKnownScenario();
 
 // Pure; the same bits in every call of one process.
 std::vector<double> CalcKnownNumbers();

@@ -185,4 +185,13 @@ double EvaluateTerm(const Term& term, const Watched& watched, const std::vector<
   return EvaluateOverStates(term, evaluation, watched, out);
 }
 
+double EvaluateTerms(const std::vector<Term>& terms, const Watched& watched,
+                     const std::vector<std::vector<double>>& references, SignalCotangents* out) {
+  double loss = 0.0;
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    loss += EvaluateTerm(terms[i], watched, references.empty() ? std::vector<double>() : references[i], out);
+  }
+  return loss;
+}
+
 }  // namespace knap

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "sim/rollout/build_signals.h"
 #include "sim/rollout/rollout_track.h"
 #include "sim/scenarios/scene.h"
 
@@ -23,5 +24,9 @@ std::vector<double> TraceTerm(const Term& term, const Watched& watched);
 // to *out when not null.
 double EvaluateTerm(const Term& term, const Watched& watched, const std::vector<double>& reference,
                     SignalCotangents* out);
+
+// The sum of all of them. `references`: one a term, or none where no term's target is the reference.
+double EvaluateTerms(const std::vector<Term>& terms, const Watched& watched,
+                     const std::vector<std::vector<double>>& references, SignalCotangents* out);
 
 }  // namespace knap

@@ -9,8 +9,6 @@
 #include <utility>
 
 #include "sim/gradient/node_windows.h"
-#include "sim/scenarios/apply_variation.h"
-#include "sim/scenarios/scenario_files.h"
 
 namespace knap {
 
@@ -18,7 +16,6 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr std::size_t kCachedShapes = 4;
 constexpr std::size_t kCachedReferences = 64;
 constexpr std::size_t kCachedNodes = 16;
 // Touchdowns after which the time nodes are suspect: what follows one or two is exact.
@@ -60,41 +57,17 @@ Eigen::MatrixXd StackCommands(const Eigen::MatrixXd& open_loop, const ClosedLoop
 
 }  // namespace
 
-RolloutModel::RolloutModel(const std::map<std::string, std::string>& files)
-    : scene_(ParseScenarioFiles(files)),
-      meshes_(ReadFixedMeshes(scene_, files)),
-      paths_(ReadRecordedPaths(scene_, files)) {
-  if (scene_.design) design_.emplace(scene_, files);
+RolloutModel::RolloutModel(const std::map<std::string, std::string>& files) : source_(files) {
   // Whatever this simulator cannot do shows now, not in the first rollout.
-  ContactModel(
-      BuildModel(scene_, *GetShapes(design_ ? design_->initial_theta() : VectorXd()), meshes_, paths_).contacts);
-}
-
-std::shared_ptr<const DesignedShapes> RolloutModel::GetShapes(const VectorXd& theta) {
-  for (auto it = shapes_.begin(); it != shapes_.end(); ++it) {
-    if (it->first == theta) {
-      shapes_.splice(shapes_.begin(), shapes_, it);
-      return shapes_.front().second;
-    }
-  }
-  shapes_.emplace_front(theta,
-                        std::make_shared<DesignedShapes>(design_ ? design_->CalcShapes(theta) : DesignedShapes{}));
-  if (shapes_.size() > kCachedShapes) shapes_.pop_back();
-  return shapes_.front().second;
+  ContactModel(source_.BuildInitialModel().contacts);
 }
 
 RolloutModel::Simulated RolloutModel::Simulate(const VectorXd& theta, const VectorXd& controls,
                                                const std::vector<double>& variation, const Manner& manner) {
   Simulated s;
-  s.scene = Scene(scene_);  // of a copied variant GCC 12 warns that it is uninitialized; not of a moved one
-  ApplyVariation(s.scene, variation);
-  s.moved = Scene(s.scene);
-  if (design_) design_->MoveAttachments(theta, &s.moved);
-  s.shapes = GetShapes(theta);
-  s.model = BuildModel(s.moved, *s.shapes, meshes_, paths_);
+  static_cast<BuiltScene&>(s) = source_.Build(theta, variation);
   const Eigen::Index open_loop = CountControls(s.scene);
   if (s.scene.controls) s.commands = CalcCommands(*s.scene.controls, controls.head(open_loop));
-  s.signals = std::make_unique<SignalSet>(s.scene, s.moved, s.model, *s.shapes);
   if (s.scene.policy) {
     s.policy = std::make_unique<ClosedLoop>(
         MakeClosedLoop(s.scene, *s.signals, s.model, controls.tail(controls.size() - open_loop)));
@@ -116,8 +89,8 @@ RolloutModel::Simulated RolloutModel::Simulate(const VectorXd& theta, const Vect
   s.trajectory = std::make_unique<Trajectory>(simulator.Run(
       s.model.q0, s.model.v0, options, MakeControlSequence(s.scene, s.model, s.commands), s.policy.get()));
   s.track =
-      std::make_unique<RolloutTrack>(*s.trajectory, s.dynamics.get(), s.scene.rollout.step, s.signals->remembered(),
-                                     StackCommands(s.commands, s.policy.get()), std::move(record));
+      std::make_unique<SimulatedTrack>(*s.trajectory, s.dynamics.get(), s.scene.rollout.step, s.signals->remembered(),
+                                       StackCommands(s.commands, s.policy.get()), std::move(record));
   return s;
 }
 
@@ -204,11 +177,8 @@ double RolloutModel::Evaluate(const Simulated& s, const Reference* reference, Si
   bar->points.assign(s.signals->points().size(), Eigen::Vector3d::Zero());
   bar->measures.assign(s.signals->measures().size(), 0.0);
   const std::vector<Term>& terms = reference != nullptr ? s.scene.loss.distillation : s.scene.loss.task;
-  double loss = 0.0;
-  for (std::size_t i = 0; i < terms.size(); ++i) {
-    loss +=
-        EvaluateTerm(terms[i], s.watched(), reference != nullptr ? reference->terms[i] : std::vector<double>(), bar);
-  }
+  const double loss = EvaluateTerms(terms, s.watched(),
+                                    reference != nullptr ? reference->terms : std::vector<std::vector<double>>(), bar);
   std::stable_sort(bar->states.begin(), bar->states.end(),
                    [](const StateCotangent& a, const StateCotangent& b) { return a.state < b.state; });
   return loss;
@@ -254,14 +224,14 @@ RolloutModel::Gradient RolloutModel::CalcGradient(const VectorXd& controls, cons
     out.loss_error = gradient.loss_error;
     out.finite = out.finite && gradient.finite;
     out.solvable = gradient.solvable;
-    if (design_) {
+    if (design()) {
       std::vector<PointCotangent> points;
       for (std::size_t i = 0; i < s.signals->points().size(); ++i) {
         const SignalPoint& point = s.signals->points()[i];
         points.push_back({point.body, point.p_B, bar.points[i]});
         if (s.policy) points.back().bar_B += s.policy->bar_points()[i];
       }
-      out.design = design_->PullBack(s.scene, *s.shapes, s.model, gradient, points);
+      out.design = design()->PullBack(s.scene, *s.shapes, s.model, gradient, points);
     }
     if (s.scene.controls) {
       bar_commands.topRows(s.commands.rows()) += PullBackControlSequence(s.scene, s.model, gradient.controls);
@@ -283,7 +253,7 @@ RolloutModel::Gradient RolloutModel::CalcGradient(const VectorXd& controls, cons
 
 VectorXd RolloutModel::Normalize(const Scene& scene, const Gradient& gradient) const {
   VectorXd g(num_parameters() + num_controls());
-  if (design_) g.head(num_parameters()) = gradient.design.cwiseProduct(design_->ranges());
+  if (design()) g.head(num_parameters()) = gradient.design.cwiseProduct(design()->ranges());
   const Eigen::Index open_loop = CountControls(scene);
   if (scene.controls) {
     g.segment(num_parameters(), open_loop) =
@@ -337,15 +307,8 @@ void RolloutModel::AddGradient(const RolloutInput& input, const Simulated& s, co
   if (!(out->gradient_change <= demand.change)) doubt("tolerance");
 }
 
-std::string RolloutModel::FindFault(const VectorXd& theta) {
-  for (const auto& [name, shape] : *GetShapes(theta)) {
-    if (!shape.fault.empty()) return shape.fault;
-  }
-  return {};
-}
-
 void RolloutModel::RequireSound(const VectorXd& theta) {
-  const std::string fault = FindFault(theta);
+  const std::string fault = source_.FindFault(theta);
   if (!fault.empty()) throw std::invalid_argument(fault);
 }
 
@@ -353,10 +316,10 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
   CheckInput(input);
   const double start = clock ? clock() : 0.0;
   const bool distill = Distills(input);
-  const bool follows = FollowsNodes(input) && scene_.rollout.integrator == Integrator::kTrBdf2;
-  std::string failure = FindFault(input.theta);
-  if (failure.empty() && distill) failure = FindFault(input.theta_reference);
-  if (failure.empty() && follows) failure = FindFault(input.theta_nodes);
+  const bool follows = FollowsNodes(input) && scene().rollout.integrator == Integrator::kTrBdf2;
+  std::string failure = source_.FindFault(input.theta);
+  if (failure.empty() && distill) failure = source_.FindFault(input.theta_reference);
+  if (failure.empty() && follows) failure = source_.FindFault(input.theta_nodes);
   if (!failure.empty()) {
     RolloutOutput out;
     out.certificate.converged = out.gradient_reliable = false;
@@ -369,7 +332,7 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
     return out;
   }
   const Reference* reference = distill ? &GetReference(input) : nullptr;
-  const int total = static_cast<int>(std::llround(scene_.rollout.horizon / scene_.rollout.step));
+  const int total = static_cast<int>(std::llround(scene().rollout.horizon / scene().rollout.step));
   Manner manner;
   if (progress) manner.progress = [&](int done) { progress(done, total); };
   if (follows) manner.nodes = GetNodes(input);

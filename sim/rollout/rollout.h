@@ -15,14 +15,13 @@
 #include <vector>
 
 #include "sim/gradient/adjoint.h"
-#include "sim/rollout/build_model.h"
 #include "sim/rollout/build_policy.h"
-#include "sim/rollout/build_signals.h"
+#include "sim/rollout/built_scene.h"
 #include "sim/rollout/conditions.h"
 #include "sim/rollout/control_commands.h"
 #include "sim/rollout/loss_terms.h"
 #include "sim/rollout/recording.h"
-#include "sim/rollout/scene_design.h"
+#include "sim/rollout/simulated_track.h"
 #include "sim/scenarios/scene.h"
 
 namespace knap {
@@ -79,11 +78,11 @@ class RolloutModel {
   // `files` holds the scenario and the meshes it names (scenario_files.h). Throws std::runtime_error with one line.
   explicit RolloutModel(const std::map<std::string, std::string>& files);
 
-  const Scene& scene() const { return scene_; }
-  int num_parameters() const { return design_ ? design_->num_parameters() : 0; }
-  int num_controls() const { return CountControls(scene_) + CountWeights(scene_); }
-  const std::optional<SceneDesign>& design() const { return design_; }
-  const FixedMeshes& meshes() const { return meshes_; }
+  const Scene& scene() const { return source_.scene(); }
+  int num_parameters() const { return source_.num_parameters(); }
+  int num_controls() const { return CountControls(scene()) + CountWeights(scene()); }
+  const std::optional<SceneDesign>& design() const { return source_.design(); }
+  const FixedMeshes& meshes() const { return source_.meshes(); }
 
   // Throws std::invalid_argument when sizes do not fit the scenario or numbers are not finite; a theta that folds a
   // mesh is an outcome, see RolloutOutput::failure. `progress` may be empty.
@@ -99,18 +98,13 @@ class RolloutModel {
   double gradient_s = 0.0;
 
  private:
-  struct Simulated {
-    Scene scene;                                   // varied, with attachments where the file has them
-    Scene moved;                                   // with attachments where theta has them
-    std::shared_ptr<const DesignedShapes> shapes;  // empty without a design
+  struct Simulated : BuiltScene {
     Eigen::MatrixXd commands;  // u of the open-loop controls: a row an actuator, a column an interval
-    SceneModel model;
     std::unique_ptr<Dynamics> dynamics;
     std::unique_ptr<ContactModel> contacts;
     std::unique_ptr<ClosedLoop> policy;  // null without one; its commands are its own
     std::unique_ptr<Trajectory> trajectory;
-    std::unique_ptr<SignalSet> signals;
-    std::unique_ptr<RolloutTrack> track;
+    std::unique_ptr<SimulatedTrack> track;
 
     Watched watched() const { return {*signals, *track, scene.rollout}; }
   };
@@ -124,9 +118,7 @@ class RolloutModel {
   };
 
   void CheckInput(const RolloutInput& input) const;
-  std::string FindFault(const Eigen::VectorXd& theta);  // of GetShapes; empty when there is none
-  void RequireSound(const Eigen::VectorXd& theta);      // throws std::invalid_argument with the fault
-  std::shared_ptr<const DesignedShapes> GetShapes(const Eigen::VectorXd& theta);
+  void RequireSound(const Eigen::VectorXd& theta);  // throws std::invalid_argument with the fault
   struct Manner {
     std::function<void(int)> progress{};  // may be empty, as `observe`
     // After the start and every accepted step, at which dynamics and contacts stand then.
@@ -166,11 +158,7 @@ class RolloutModel {
   const Reference& GetReference(const RolloutInput& input);
   std::shared_ptr<const TimeNodeList> GetNodes(const RolloutInput& input);
 
-  Scene scene_;
-  FixedMeshes meshes_;
-  RecordedPaths paths_;
-  std::optional<SceneDesign> design_;
-  std::list<std::pair<Eigen::VectorXd, std::shared_ptr<const DesignedShapes>>> shapes_;
+  SceneSource source_;
   std::list<Reference> references_;
   std::list<Nodes> nodes_;
 };

@@ -22,7 +22,7 @@ class Segment {
  public:
   Segment(const SignalFunction& signal, int k, RolloutTrack* track) : signal_(signal), k_(k), track_(track) {
     rate_ = signal.MakeRate();
-    h_ = track->trajectory().time(k + 1) - track->trajectory().time(k);
+    h_ = track->time(k + 1) - track->time(k);
     begin_ = track->Calc(signal, k);
     if (rate_) begin_rate_ = track->Calc(*rate_, k);
     end_ = track->Calc(signal, k + 1);
@@ -84,8 +84,7 @@ std::optional<CrossingPlace> CrossingFinder::Find() const {
     CrossingPlace place;
     place.state = k;
     place.fraction = 0.5 * (low + high);
-    const Trajectory& trajectory = track_->trajectory();
-    place.time = trajectory.time(k) + place.fraction * (trajectory.time(k + 1) - trajectory.time(k));
+    place.time = track_->time(k) + place.fraction * (track_->time(k + 1) - track_->time(k));
     return place;
   }
   return std::nullopt;

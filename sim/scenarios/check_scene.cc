@@ -29,6 +29,7 @@ class SceneChecker {
     for (std::size_t i = 0; i < scene_.grips.size(); ++i) CheckGrip(i);
     CheckDesign();
     CheckRollout();
+    CheckPerturbation();
     CheckObjective(scene_, log_);
     for (const ValueFault& fault : FindValueFaults(scene_)) Report(fault.paths, fault.message);
     CheckActuation(scene_, log_);
@@ -38,6 +39,24 @@ class SceneChecker {
 
  private:
   void Report(std::vector<std::string> paths, const std::string& message) { log_.Report(paths, message); }
+
+  void CheckPerturbation() {
+    if (!scene_.perturbation) return;
+    std::vector<std::string> names;
+    for (const StartPerturbation& start : scene_.perturbation->starts) {
+      names.push_back(start.name);
+      const std::string path = "perturbation.starts." + start.name;
+      if (const Rope* rope = FindRope(scene_, start.name)) {
+        if (std::holds_alternative<HelixState>(rope->initial) && start.across != 0.0) {
+          Report({path + ".across"}, "a helix moves along its axis alone: expected 0");
+        }
+      } else if (const Body* body = FindBody(scene_, start.name)) {
+        if (body->parent == kWorldName && std::holds_alternative<FreeJoint>(body->joint.kind)) continue;
+        Report({path + ".name"}, "must be a body with a free joint to the world, or a rope");
+      }
+    }
+    if (HasRepeats(names)) Report({"perturbation.starts"}, "each start at most once");
+  }
 
   // Bodies without a valid name have been reported, and nothing can refer to them.
   void CheckBody(const Body& body) {

@@ -93,7 +93,8 @@ bool MayVary(const NumericKey& key) {
   const std::string_view path = key.path;
   const std::string_view section = path.substr(0, path.find_first_of(".["));
   return section == "gravity" || section == "gravity_direction" || section == "bodies" || section == "contacts" ||
-         section == "grips" || section == "signals" || section == "loss" || section == "success";
+         section == "grips" || section == "signals" || section == "loss" || section == "success" ||
+         section == "perturbation";
 }
 
 }  // namespace knap

@@ -111,6 +111,7 @@ struct HelixState {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();  // in W [m]
   std::int64_t links_per_side = 1;
   double advance = 0.0;  // along Wx, a turn [m]
+  double turn = 0.0;     // of the whole about its axis [rad]
 };
 
 // Straight, from its first joint on.
@@ -297,6 +298,29 @@ struct Variation {
 // Of all entries, in their order: what a rollout is given values for.
 std::vector<std::string> ListVariedKeys(const std::vector<Variation>& variation);
 
+// ---- Perturbation --------------------------------------------------------------------------------------------------
+
+// How the start of a free body or of a rope differs. A body that the world carries moves on the level, along what is
+// level of Wx and across that, and turns about the vertical through Bo; a straight rope moves along itself and across,
+// along the y axis of its links, and turns about their z axis at its first joint; a helix moves along its axis alone
+// and turns about it. These are the moves that press none of them into what it lies on.
+struct StartPerturbation {
+  std::string name;
+  double along = 0.0;   // [m]
+  double across = 0.0;  // [m]; 0 for a helix
+  double turn = 0.0;    // [rad]
+};
+
+// How the scene differs from what the rest of the file says: friction of all contacts, masses and inertias of all that
+// forces move, and the speed at which prescribed motions and with them all times of the scene pass are so many times
+// as large (sim/rollout/perturb_scene.h). Numbers to be varied; none of it says anything of design or learning.
+struct Perturbation {
+  double friction = 1.0;
+  double mass = 1.0;
+  double speed = 1.0;
+  std::vector<StartPerturbation> starts;
+};
+
 // ---- Rollout ------------------------------------------------------------------------------------------------------
 
 enum class Integrator { kTrBdf2, kBdf1, kBdf2 };
@@ -385,6 +409,7 @@ struct World {
   std::optional<Design> design;      // none: no design parameters
   std::optional<Controls> controls;  // none: nothing is driven open loop
   std::optional<Policy> policy;      // none: nothing is driven in a closed loop; else no actuator that controls drive
+  std::optional<Perturbation> perturbation;  // none: the world as it is
 
   bool IsDriven() const { return controls || policy; }
 };

@@ -142,6 +142,7 @@ static void VisitFields(FieldVisitor& v, HelixState& h) {
   v.Integer({.key = "links_per_side", .doc = "of the square, around an axis along x", .range = kCount},
             h.links_per_side);
   v.Number({.key = "advance", .doc = "along x, a turn", .dimension = kLength}, h.advance);
+  v.Number({.key = "turn", .doc = "of the whole about its axis", .required = false, .dimension = kAngle}, h.turn);
 }
 
 static void VisitFields(FieldVisitor& v, StraightState& s) {
@@ -302,6 +303,38 @@ static void VisitFields(FieldVisitor& v, Design& d) {
                d.bodies, 1);
 }
 
+// ---- Perturbation --------------------------------------------------------------------------------------------------
+
+static void VisitFields(FieldVisitor& v, StartPerturbation& s) {
+  v.Text({.key = "name", .doc = "of a free body that the world carries, or of a rope", .role = TextRole::kBodyOrRope},
+         s.name);
+  v.Number({.key = "along",
+            .doc = "a body: on the level, along x; a rope: along itself; a helix: along its axis",
+            .required = false,
+            .dimension = kLength},
+           s.along);
+  v.Number({.key = "across", .doc = "at right angles to that; 0 for a helix", .required = false, .dimension = kLength},
+           s.across);
+  v.Number({.key = "turn",
+            .doc = "a body: about the vertical; a rope: about its links' z axis; a helix: about its axis",
+            .required = false,
+            .dimension = kAngle},
+           s.turn);
+}
+
+static void VisitFields(FieldVisitor& v, Perturbation& p) {
+  static constexpr Range kFactor{0.1, 10.0};
+  v.Number({.key = "friction", .doc = "of all contacts, times that", .required = false, .range = kFactor}, p.friction);
+  v.Number({.key = "mass", .doc = "of all bodies and links that forces move", .required = false, .range = kFactor},
+           p.mass);
+  v.Number({.key = "speed",
+            .doc = "of prescribed motions, with which all times of the scene pass: horizon, step, samples, grips",
+            .required = false,
+            .range = kFactor},
+           p.speed);
+  v.StructList({.key = "starts", .doc = "how starts are moved", .required = false}, p.starts);
+}
+
 // ---- Variation ----------------------------------------------------------------------------------------------------
 
 // ---- Learning -----------------------------------------------------------------------------------------------------
@@ -418,6 +451,11 @@ void VisitTask(FieldVisitor& v, Scene& s) {
       s.success, [&](FieldVisitor& w, Condition& success) { VisitObjective(w, signals, success); });
   v.OptionalStruct({.key = "policy", .doc = "closed-loop network that drives actuators", .required = false}, s.policy,
                    [&](FieldVisitor& w, Policy& policy) { VisitPolicy(w, signals, policy); });
+  v.OptionalStruct({.key = "perturbation",
+                    .doc = "how the scene differs from what the rest of the file says; what `knap evaluate --perturb` "
+                           "varies",
+                    .required = false},
+                   s.perturbation);
   v.StructList({.key = "variation", .doc = "what differs between rollouts", .required = false}, s.variation);
   v.Struct({.key = "gradient", .doc = "what gradients are held to", .required = false}, s.gradient);
   v.Struct({.key = "trust", .doc = "what rollouts are held to", .required = false}, s.trust);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <cstddef>
+#include <optional>
 #include <utility>
 
 #include "sim/contact/deepest_place.h"
@@ -23,7 +24,12 @@ class DepthSignalFunction final : public SignalFunction {
     for (const ContactSide& side : sides_) near_.emplace_back(side);
   }
 
-  double Calc(const Moment& at) const override { return Find(at).place.depth; }
+  double Calc(const Moment& at) const override {
+    if (at.track != nullptr) {
+      if (const std::optional<double> depth = at.track->FindDepth(numbers_, at.state)) return *depth;
+    }
+    return Find(at).place.depth;
+  }
 
   void PullBack(const Moment& at, double bar, SignalCotangents* out) const override {
     const Found found = Find(at);

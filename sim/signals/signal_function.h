@@ -6,6 +6,7 @@
 
 #include <Eigen/Dense>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "sim/integrators/state_cotangent.h"
@@ -27,6 +28,9 @@ class Track {
   // Of what was recorded (build_signals.h): the state at or before k that has a force of its own, and that force [N].
   virtual int FindForce(int k) const = 0;
   virtual const Eigen::Vector3d& GetForce(int series, int k) const = 0;
+  // How deep the bodies of these of the model's contacts pressed into one another on the way to state k, where the
+  // engine has rigid contacts and knows it otherwise than by its poses [m]; none: the poses tell.
+  virtual std::optional<double> FindDepth(const std::vector<int>& contacts, int k) const = 0;
 };
 
 struct Moment {

@@ -157,10 +157,10 @@ void MeasureEfficiency() {
   const std::vector<std::string> overrides = {"rollout.horizon=3.8 s"};
   const LoadedScenario scenario = LoadScenario(KNAP_SOURCE_DIR "/configs/pushing.yaml", overrides);
   const auto cores = static_cast<int>(std::thread::hardware_concurrency());
-  BenchmarkCluster cluster(cores, "knap-worker", MakeKnapIdentity(FindWorkerProgram()), scenario.files);
+  BenchmarkCluster cluster(cores, "knap-worker", MakeOwnIdentity(kKnapEngine, FindWorkerProgram()), scenario.files);
   std::vector<std::unique_ptr<EngineScenario>> one, many;
-  one.push_back(MakeEngine()->Load(scenario.files));
-  for (int i = 0; i < cores; ++i) many.push_back(MakeEngine()->Load(scenario.files));
+  one.push_back(MakeKnapEngine()->Load(scenario.files));
+  for (int i = 0; i < cores; ++i) many.push_back(MakeKnapEngine()->Load(scenario.files));
   std::vector<double> theta;
   for (const DesignParameter& parameter : scenario.parsed.scene.design->parameters) theta.push_back(parameter.initial);
   std::vector<double> efficiencies, limits, shares, times;

@@ -3,4 +3,6 @@
 #include "tests/worker/bowl_engine.h"
 #include "worker/worker_program.h"
 
-int main(int argc, char** argv) { return knap::RunWorkerProgram(argc, argv, std::make_unique<knap::BowlEngine>()); }
+int main(int argc, char** argv) {
+  return knap::RunWorkerProgram(argc, argv, {{"bowl", [] { return std::make_unique<knap::BowlEngine>(); }}});
+}

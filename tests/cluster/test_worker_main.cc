@@ -4,5 +4,6 @@
 #include "worker/worker_program.h"
 
 int main(int argc, char** argv) {
-  return knap::RunWorkerProgram(argc, argv, std::make_unique<knap::ClosedFormEngine>());
+  return knap::RunWorkerProgram(argc, argv,
+                                {{"closed_form", [] { return std::make_unique<knap::ClosedFormEngine>(); }}});
 }

@@ -69,7 +69,7 @@ class EngineService : public RolloutService {
   }
 
  private:
-  std::unique_ptr<EngineScenario> scenario_ = MakeEngine()->Load({{"scenario.yaml", kArm}});
+  std::unique_ptr<EngineScenario> scenario_ = MakeKnapEngine()->Load({{"scenario.yaml", kArm}});
 };
 
 const std::vector<double> kStill = {0.0, 0.0};

@@ -1,4 +1,4 @@
-#include "sim/rollout/rollout_track.h"
+#include "sim/rollout/simulated_track.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,8 +18,8 @@ void AddToRecord(double time, const std::vector<ForceSeries>& series, const Cont
   }
 }
 
-RolloutTrack::RolloutTrack(const Trajectory& trajectory, Dynamics* dynamics, double step,
-                           const std::vector<double>& remembered, Eigen::MatrixXd commands, ForceRecord forces)
+SimulatedTrack::SimulatedTrack(const Trajectory& trajectory, Dynamics* dynamics, double step,
+                               const std::vector<double>& remembered, Eigen::MatrixXd commands, ForceRecord forces)
     : trajectory_(trajectory),
       dynamics_(dynamics),
       step_(step),
@@ -35,7 +35,7 @@ RolloutTrack::RolloutTrack(const Trajectory& trajectory, Dynamics* dynamics, dou
   }
 }
 
-void RolloutTrack::Look(int k) {
+void SimulatedTrack::Look(int k) {
   if (k == at_) return;
   q_ = trajectory_.q(k);
   v_ = trajectory_.v(k);
@@ -44,16 +44,16 @@ void RolloutTrack::Look(int k) {
   at_ = k;
 }
 
-Moment RolloutTrack::At(int k) {
+Moment SimulatedTrack::At(int k) {
   Look(k);
   return {k, trajectory_.time(k), q_, v_, dynamics_->kinematics(), this};
 }
 
-int RolloutTrack::FindState(double time) const {
+int SimulatedTrack::FindState(double time) const {
   return trajectory_.state_of_step(static_cast<int>(std::llround(time / step_)));
 }
 
-Eigen::Index RolloutTrack::FindInterval(int k) const {
+Eigen::Index SimulatedTrack::FindInterval(int k) const {
   // The first whole step that ends at the state or after it.
   int low = 0, high = trajectory_.whole_steps();
   while (low < high) {
@@ -67,19 +67,19 @@ Eigen::Index RolloutTrack::FindInterval(int k) const {
   return trajectory_.controls.IntervalOfStep(std::max(low - 1, 0));
 }
 
-std::size_t RolloutTrack::FindRecord(int k) const {
+std::size_t SimulatedTrack::FindRecord(int k) const {
   // A stage within a step has no entry of its own: what was before counts.
   const auto after = std::upper_bound(forces_.time.begin(), forces_.time.end(), trajectory_.time(k));
   return static_cast<std::size_t>(after - forces_.time.begin() - 1);
 }
 
-int RolloutTrack::FindForce(int k) const {
+int SimulatedTrack::FindForce(int k) const {
   const double time = forces_.time[FindRecord(k)];
   while (trajectory_.time(k) > time) --k;
   return k;
 }
 
-const Eigen::Vector3d& RolloutTrack::GetForce(int series, int k) const {
+const Eigen::Vector3d& SimulatedTrack::GetForce(int series, int k) const {
   return forces_.f_W[static_cast<std::size_t>(series)][FindRecord(k)];
 }
 
