@@ -3,7 +3,9 @@
 beside this script.
 
 The arm's links have the finger's measures, with the axes where DiffHand's Flipping has them, and fewer triangles, since
-they touch. Millimetres; x along the finger, z up. A link's origin is on its axis of rotation where it has one, else at its start.
+they touch.
+
+Millimetres; x along the finger, z up. A link's origin is on its axis of rotation where it has one, else at its start.
 A cage is a box cut into rectangles along x, four vertices each, in the order (-y, -z), (+y, -z), (+y, +z), (-y, +z):
 vertices 0 to 3 at the start, the last four at the end. The tip has one in the middle too, so that the middle of its
 upper face lies on an edge of the cage and stays there however the ends change. The link inside is a rounded bar that
