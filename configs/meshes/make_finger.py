@@ -1,5 +1,9 @@
 #!/usr/bin/env python3
-"""Writes the links of the finger of configs/reaching.yaml and their cages beside this script.
+"""Writes the links of the finger of configs/reaching.yaml, those of the arm of configs/flipping.yaml, and their cages
+beside this script.
+
+The arm's links have the finger's measures, with the axes where DiffHand's Flipping has them, and fewer triangles, since
+they touch.
 
 Millimetres; x along the finger, z up. A link's origin is on its axis of rotation where it has one, else at its start.
 A cage is a box cut into rectangles along x, four vertices each, in the order (-y, -z), (+y, -z), (+y, +z), (-y, +z):
@@ -10,23 +14,30 @@ touches the middle of the cage's faces: rings of a superellipse |y/b|^4 + |z/h|^
 import math
 import pathlib
 
-AROUND = 32  # vertices of a ring
-ALONG = 12  # cells along a link
-CAP_RINGS = 2  # inner rings of an end face
+# Vertices of a ring, inner rings of an end face, and where along a link its rings are, by the shape of its ends.
+TWELFTHS = [i / 12 for i in range(13)]
+FINE = (32, 2, {"flat": TWELFTHS, "chamfered": TWELFTHS, "round": TWELFTHS})
+COARSE = (16, 0, {"flat": [0, 0.5, 1], "chamfered": [0, 0.125, 0.875, 1], "round": [0, 1 / 3, 2 / 3, 0.8, 0.9, 1]})
 
 # name: (start, end, width and height at the start, at the end, shape of the ends)
-LINKS = {
+FINGER = {
     "finger_palm": (0, 7, (16, 32.4), (16, 32.4), "flat"),
     "finger_knuckle": (-16, 11.5, (16, 32.4), (26, 26), "chamfered"),
     "finger_joint": (-9.8, 10.8, (26, 26), (26, 26), "chamfered"),
     "finger_phalanx": (0, 23.4, (26, 26), (26, 26), "flat"),
     "finger_tip": (0, 22.1, (26, 26), (26, 26), "round"),
 }
+ARM = {
+    "arm_palm": (0, 7, (16, 32.4), (16, 32.4), "flat"),
+    "arm_knuckle": (-11.5, 16, (16, 32.4), (26, 26), "chamfered"),
+    "arm_joint": (-10.8, 9.8, (26, 26), (26, 26), "chamfered"),
+    "arm_phalanx": (0, 23.4, (26, 26), (26, 26), "flat"),
+    "arm_tip": (0, 22.1, (26, 26), (26, 26), "round"),
+}
 
 
-def make_profile(ends):
+def make_profile(ends, places):
     """(place along the link, size of the section there), both as fractions."""
-    places = [i / ALONG for i in range(ALONG + 1)]
     if ends == "chamfered":
         return [(s, 1 - 0.1 * max(0, 1 - 8 * min(s, 1 - s))) for s in places]
     if ends == "round":  # the last third is half an ellipsoid, cut at 30% of its section
@@ -38,35 +49,36 @@ def round_off(x):
     return math.copysign(math.sqrt(abs(x)), x) if abs(x) > 1e-12 else 0.0
 
 
-def make_link(start, end, size0, size1, ends):
+def make_link(fineness, start, end, size0, size1, ends):
+    around, cap_rings, places = fineness
     vertices, triangles = [], []
 
     def add_ring(s, size):
         first = len(vertices)
         half = [0.5 * size * (a + (b - a) * s) for a, b in zip(size0, size1)]
-        for k in range(AROUND):
-            angle = 2 * math.pi * k / AROUND
+        for k in range(around):
+            angle = 2 * math.pi * k / around
             vertices.append((start + (end - start) * s, half[0] * round_off(math.cos(angle)),
                              half[1] * round_off(math.sin(angle))))
         return first
 
     def join(a, b):
-        for k in range(AROUND):
-            n = (k + 1) % AROUND
+        for k in range(around):
+            n = (k + 1) % around
             triangles.extend([(a + k, a + n, b + n), (a + k, b + n, b + k)])
 
     def close(ring, s, size, at_end):
-        for i in range(CAP_RINGS, 0, -1):
-            inner = add_ring(s, size * i / (CAP_RINGS + 1))
+        for i in range(cap_rings, 0, -1):
+            inner = add_ring(s, size * i / (cap_rings + 1))
             join(*((ring, inner) if at_end else (inner, ring)))
             ring = inner
         center = len(vertices)
         vertices.append((start + (end - start) * s, 0.0, 0.0))
-        for k in range(AROUND):
-            n = (k + 1) % AROUND
+        for k in range(around):
+            n = (k + 1) % around
             triangles.append((ring + k, ring + n, center) if at_end else (ring + n, ring + k, center))
 
-    profile = make_profile(ends)
+    profile = make_profile(ends, places[ends])
     rings = [add_ring(s, size) for s, size in profile]
     for a, b in zip(rings, rings[1:]):
         join(a, b)
@@ -104,9 +116,10 @@ def write_obj(name, title, vertices, triangles):
 
 
 def main():
-    for name, link in LINKS.items():
-        write_obj(name, name.replace("_", " ").capitalize(), *make_link(*link))
-        write_obj(name + "_cage", "Cage of the " + name.replace("_", " "), *make_cage(*link))
+    for links, fineness in ((FINGER, FINE), (ARM, COARSE)):
+        for name, link in links.items():
+            write_obj(name, name.replace("_", " ").capitalize(), *make_link(fineness, *link))
+            write_obj(name + "_cage", "Cage of the " + name.replace("_", " "), *make_cage(*link))
 
 
 if __name__ == "__main__":

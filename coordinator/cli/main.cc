@@ -17,6 +17,7 @@
 #include "coordinator/cli/status_command.h"
 #include "coordinator/cli/study_command.h"
 #include "coordinator/cli/trace_command.h"
+#include "coordinator/cli/train_policy_command.h"
 #include "coordinator/cli/validate_command.h"
 #include "coordinator/cli/verify_log_command.h"
 #include "coordinator/run/loaded_run.h"
@@ -33,6 +34,7 @@ int main(int argc, char** argv) {
   std::function<int()> command;
   knap::AddLearnCommand(&app, &command);
   knap::AddStudyCommand(&app, &command);
+  knap::AddTrainPolicyCommand(&app, &command);
   knap::AddEvaluateCommand(&app, &command);
   knap::AddGradcheckCommand(&app, &command);
   knap::AddLandscapeCommand(&app, &command);

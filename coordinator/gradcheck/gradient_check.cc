@@ -56,6 +56,15 @@ class GradientChecker {
   }
 
  private:
+  // What is fixed stays where learning leaves it.
+  std::vector<double> DrawTheta(std::uint64_t index) const {
+    std::vector<double> theta = SampleTheta(drawn_within_, options_.seed, index);
+    for (std::size_t i = 0; i < theta.size(); ++i) {
+      if (parameters_.IsFixed(i)) theta[i] = parameters_.initial[i];
+    }
+    return theta;
+  }
+
   void DrawRollouts() {
     const auto most = static_cast<std::int64_t>(options_.rollouts) * kDrawsPerRollout;
     while (report_.checked() < options_.rollouts && report_.draws < most) {
@@ -64,7 +73,7 @@ class GradientChecker {
       for (std::int64_t i = 0; i < count; ++i) {
         const auto index = static_cast<std::uint64_t>(report_.draws + i);
         queries.push_back(
-            {.theta = SampleTheta(drawn_within_, options_.seed, index),
+            {.theta = DrawTheta(index),
              .theta_reference = {},
              .variation = SampleVariation(variations_, options_.seed, RandomStream::kTrainingVariations, index),
              .gradient = true});
@@ -72,6 +81,15 @@ class GradientChecker {
       std::vector<RolloutOutcome> outcomes = Ask(queries);
       for (std::size_t i = 0; i < outcomes.size(); ++i) Sort(queries[i], std::move(outcomes[i]));
     }
+  }
+
+  // ‖g‖∞ in range-normalised parameters, of those that are compared; 0 also where a number is none.
+  double CalcScale(const std::vector<double>& gradient) const {
+    double scale = 0.0;
+    for (std::size_t i = 0; i < range_.size(); ++i) {
+      if (!parameters_.IsFixed(i)) scale = std::max(scale, std::abs(gradient[i] * range_[i]));
+    }
+    return scale;
   }
 
   // The next draw: to be compared, to be flagged at once, or left out.
@@ -83,7 +101,7 @@ class GradientChecker {
         throw std::runtime_error(
             fmt::format("a rollout's gradient has {} values; expected {}", outcome.gradient.size(), range_.size()));
       }
-      if (std::all_of(outcome.gradient.begin(), outcome.gradient.end(), [](double g) { return g == 0.0; })) {
+      if (CalcScale(outcome.gradient) == 0.0) {
         ++report_.zero_gradient;
         return;
       }
@@ -96,11 +114,9 @@ class GradientChecker {
                            .relative_error = std::numeric_limits<double>::infinity()};
     if (IsUsable(rollout.outcome.certificate) && HasNumbers(rollout.outcome)) {
       Comparison comparison{.rollout = report_.rollouts.size(), .ladders = {}, .settled = {}};
-      for (std::size_t i = 0; i < range_.size(); ++i) {
-        comparison.scale = std::max(comparison.scale, std::abs(rollout.outcome.gradient[i] * range_[i]));
-      }
+      comparison.scale = CalcScale(rollout.outcome.gradient);
       comparison.ladders.resize(range_.size());
-      comparison.settled.resize(range_.size(), false);
+      for (std::size_t i = 0; i < range_.size(); ++i) comparison.settled.push_back(parameters_.IsFixed(i));
       rollout.parameters.resize(range_.size());
       open_.push_back(std::move(comparison));
       report_.rollouts.push_back(std::move(rollout));
@@ -164,6 +180,10 @@ class GradientChecker {
       bool all = true;
       rollout.relative_error = 0.0;
       for (std::size_t p = 0; p < range_.size(); ++p) {
+        if (parameters_.IsFixed(p)) {
+          rollout.parameters[p] = {.analytic = rollout.outcome.gradient[p], .fixed = true};
+          continue;
+        }
         const DifferenceLadder& ladder = comparison.ladders[p];
         const double g = rollout.outcome.gradient[p] * range_[p];
         const auto window = ladder.FindBestWindow(g, options_.tolerance * comparison.scale);
@@ -186,7 +206,7 @@ class GradientChecker {
     const RolloutCertificate& certificate = rollout->outcome.certificate;
     const bool agrees = !rollout->parameters.empty() &&
                         std::all_of(rollout->parameters.begin(), rollout->parameters.end(),
-                                    [](const ParameterCheck& parameter) { return parameter.plateau_steps > 0; });
+                                    [](const ParameterCheck& p) { return p.fixed || p.plateau_steps > 0; });
     const bool doubted = !IsUsable(certificate) || !certificate.gradient_reliable;
     report_.doubted += doubted ? 1 : 0;
     if (agrees && IsUsable(certificate)) {
@@ -242,7 +262,8 @@ GradientCheckReport CheckGradients(const Problem& problem, const GradientCheckOp
 }
 
 std::int64_t CalcLeastRollouts(const Problem& problem, const GradientCheckOptions& options) {
-  const auto d = static_cast<std::int64_t>(problem.parameters.names.size());
+  std::int64_t d = 0;
+  for (std::size_t i = 0; i < problem.parameters.names.size(); ++i) d += problem.parameters.IsFixed(i) ? 0 : 1;
   return options.rollouts * (1 + 2 * kWindow * d);
 }
 

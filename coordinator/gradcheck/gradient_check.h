@@ -11,6 +11,9 @@
 // take the steps chosen at the theta in question, moved along with touchdowns (RolloutQuery::theta_nodes): of these the
 // gradient is the derivative. That it is the problem's too is asked elsewhere (docs/method.md).
 //
+// What learning leaves fixed (ParameterSpec::fixed), such as the weights of a policy that is given, stays at its
+// initial value and is not compared: drawn weights would make another policy, and there are hundreds of them.
+//
 // One that does not agree is flagged when its certificate itself warns: not finite, not converged, or its gradient not
 // reliable. What neither agrees nor is flagged is what the check exists to find. How many of all certificates warn is
 // counted besides: most of what they warn of, time steps and cascades of touchdowns, is no matter of differences.
@@ -46,6 +49,7 @@ struct ParameterCheck {
   double step = 0.0;            // there, as a fraction of the range
   double relative_error = 0.0;  // |g_i − fd_i|/‖g‖∞, the largest in the best window; infinity: could not be had
   int plateau_steps = 0;        // consecutive steps that agree, at least three where the parameter agrees; else 0
+  bool fixed = false;           // not compared
 };
 
 enum class GradientVerdict { kAgreed, kFlagged, kDisagreed };

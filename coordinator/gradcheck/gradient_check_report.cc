@@ -31,6 +31,7 @@ nlohmann::ordered_json MakeRolloutJson(const CheckedRollout& rollout, const Para
   nlohmann::ordered_json rows = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < rollout.parameters.size(); ++i) {
     const ParameterCheck& row = rollout.parameters[i];
+    if (row.fixed) continue;
     rows.push_back({{"name", parameters.names[i]},
                     {"analytic", MakeJsonNumber(row.analytic)},
                     {"difference", MakeJsonNumber(row.difference)},

@@ -24,6 +24,7 @@ enum class RandomStream : std::uint32_t {
   kOptimizer = 6,           // index: batch; seeds NLopt's stochastic algorithms
   kPolicyWeights = 7,       // index: weight of a policy's network
   kValidation = 8,          // index: validation variation
+  kDemonstrations = 9,      // index: variation that is demonstrated to a policy
 };
 
 // Ten rounds of Philox4x32 on one counter.

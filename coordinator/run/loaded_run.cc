@@ -148,9 +148,9 @@ LoadedScenario LoadValidScenario(const fs::path& config, std::span<const std::st
 }
 
 void WriteScenario(const LoadedScenario& scenario, const RunDirectory& run) {
-  const std::set<std::string> own = {"config.yaml",  "run.json",   "journal",         "metrics.csv", "rollouts.csv",
-                                     "events.jsonl", "trace.json", "evaluation.json", "result.json", "report.html",
-                                     "tool",         "policy",     "workers",         "key"};
+  const std::set<std::string> own = {"config.yaml",  "run.json",      "journal",         "metrics.csv", "rollouts.csv",
+                                     "events.jsonl", "trace.json",    "evaluation.json", "result.json", "report.html",
+                                     "tool",         "training.json", "policy",          "workers",     "key"};
   for (const auto& [name, bytes] : scenario.files) {
     if (name == kScenarioFileName) continue;
     const std::string first = *fs::path(name).begin();

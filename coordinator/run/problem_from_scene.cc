@@ -182,6 +182,8 @@ LearningOptions MakeLearningOptions(const Scene& scene) {
   options.learning_rate_decay = learning.decay;
   options.optimizer = learning.optimizer;
   options.max_evaluations = static_cast<int>(learning.max_evaluations);
+  options.loss_tolerance = learning.loss_tolerance;
+  options.parameter_tolerance = learning.parameter_tolerance;
   if (learning.rollout_budget > 0) options.rollout_budget = learning.rollout_budget;
   options.validation = static_cast<int>(learning.validation);
   options.keep_best = learning.keep == Keep::kBest;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <thread>
 #include <utility>
 
 namespace knap {
@@ -70,6 +71,34 @@ void SharedService::Serve() {
     changed_.notify_all();
   }
   if (failure_) std::rethrow_exception(failure_);
+}
+
+void RunTogether(RolloutService* service, std::size_t members,
+                 const std::function<void(std::size_t, RolloutService*)>& work) {
+  SharedService shared(service, members);
+  std::mutex mutex;
+  std::exception_ptr failure;  // the first of a member's own
+  std::vector<std::thread> threads;
+  for (std::size_t i = 0; i < members; ++i) {
+    threads.emplace_back([&, i] {
+      try {
+        work(i, &shared.member(i));
+      } catch (...) {
+        const std::lock_guard lock(mutex);
+        if (!failure) failure = std::current_exception();
+      }
+      shared.Leave(i);
+    });
+  }
+  std::exception_ptr service_failure;
+  try {
+    shared.Serve();
+  } catch (...) {
+    service_failure = std::current_exception();  // also every member's; this one is the first cause
+  }
+  for (std::thread& thread : threads) thread.join();
+  if (service_failure) std::rethrow_exception(service_failure);
+  if (failure) std::rethrow_exception(failure);
 }
 
 }  // namespace knap

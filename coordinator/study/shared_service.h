@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <deque>
 #include <exception>
+#include <functional>
 #include <mutex>
 #include <span>
 #include <vector>
@@ -56,5 +57,10 @@ class SharedService {
   std::deque<Member> members_;
   std::exception_ptr failure_;
 };
+
+// Calls work(i, service of member i) for every member on a thread of its own, and answers their questions with
+// `service` until all are done. Throws what the service threw, else what the first of them to fail threw.
+void RunTogether(RolloutService* service, std::size_t members,
+                 const std::function<void(std::size_t, RolloutService*)>& work);
 
 }  // namespace knap

@@ -1,12 +1,10 @@
 #include "coordinator/study/study.h"
 
 #include <algorithm>
-#include <exception>
 #include <mutex>
 #include <set>
 #include <stdexcept>
 #include <string>
-#include <thread>
 #include <tuple>
 #include <utility>
 
@@ -58,41 +56,20 @@ class Study {
     for (std::size_t i = 0; i < result_.runs.size(); ++i) {
       (result_.runs[i].learning.method == LearningMethod::kOurs ? ours : others).push_back(i);
     }
-    RunTogether(ours);
+    RunRuns(ours);
     for (const std::size_t i : others) {
       for (const std::size_t k : ours) {
         if (result_.runs[k].learning.seed != result_.runs[i].learning.seed) continue;
         result_.runs[i].learning.rollout_budget = result_.runs[k].learned.rollouts;
       }
     }
-    RunTogether(others);
+    RunRuns(others);
     return std::move(result_);
   }
 
  private:
-  void RunTogether(const std::vector<std::size_t>& runs) {
-    SharedService shared(service_, runs.size());
-    std::vector<std::thread> threads;
-    for (std::size_t i = 0; i < runs.size(); ++i) {
-      threads.emplace_back([this, &shared, i, run = runs[i]] {
-        try {
-          RunOne(run, &shared.member(i));
-        } catch (...) {
-          const std::lock_guard lock(mutex_);
-          if (!failure_) failure_ = std::current_exception();
-        }
-        shared.Leave(i);
-      });
-    }
-    std::exception_ptr service_failure;
-    try {
-      shared.Serve();
-    } catch (...) {
-      service_failure = std::current_exception();  // also every member's; this one is the first cause
-    }
-    for (std::thread& thread : threads) thread.join();
-    if (service_failure) std::rethrow_exception(service_failure);
-    if (failure_) std::rethrow_exception(failure_);
+  void RunRuns(const std::vector<std::size_t>& runs) {
+    RunTogether(service_, runs.size(), [&](std::size_t i, RolloutService* service) { RunOne(runs[i], service); });
   }
 
   void RunOne(std::size_t i, RolloutService* service) {
@@ -113,7 +90,6 @@ class Study {
   StudyObserver* const observer_;
   StudyResult result_;
   std::mutex mutex_;
-  std::exception_ptr failure_;  // the first of a run's own
 };
 
 }  // namespace

@@ -54,7 +54,9 @@ Eigen::VectorXd ParseWeights(const std::string& text, const std::string& name, E
 }
 
 std::string FormatWeights(const Eigen::VectorXd& weights, const std::string& remark) {
-  std::string text = fmt::format("# {}\n", remark);
+  std::string text = "# ";
+  for (const char c : remark) text += c == '\n' ? "\n# " : std::string(1, c);
+  text += '\n';
   for (const double weight : weights) text += fmt::format("{}\n", weight);
   return text;
 }

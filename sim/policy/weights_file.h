@@ -12,7 +12,7 @@ namespace knap {
 Eigen::VectorXd ParseWeights(const std::string& text, const std::string& name, Eigen::Index count, double lower,
                              double upper);
 
-// One weight a line, with all of its bits; `remark` becomes the first line.
+// One weight a line, with all of its bits; the lines of `remark` stand before them.
 std::string FormatWeights(const Eigen::VectorXd& weights, const std::string& remark);
 
 }  // namespace knap

@@ -355,6 +355,8 @@ struct Learning {
   double decay = 0.36787944117144233;  // of the learning rate at each restart: e⁻¹ [-]
   std::string optimizer = "LD_LBFGS";  // an NLopt algorithm
   std::int64_t max_evaluations = 15;   // of the optimizer, a batch
+  double loss_tolerance = 1e-4;        // relative change of a batch's loss at which it ends [-]
+  double parameter_tolerance = 1e-4;   // likewise of every parameter, as a fraction of its range [-]
   std::int64_t rollout_budget = 0;     // of the whole learning; 0: none
   std::int64_t validation = 20;  // variations on which designs are compared; 0: none; 0 in a scene that does not vary
   Keep keep = Keep::kBest;

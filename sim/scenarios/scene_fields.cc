@@ -376,6 +376,16 @@ static void VisitFields(FieldVisitor& v, Learning& l) {
   v.Integer(
       {.key = "max_evaluations", .doc = "of the optimizer, in a batch", .required = false, .range = kRolloutCount},
       l.max_evaluations);
+  v.Number({.key = "loss_tolerance",
+            .doc = "a batch ends when its loss changes by less, relatively; 0: never",
+            .required = false,
+            .range = kNonNegative},
+           l.loss_tolerance);
+  v.Number({.key = "parameter_tolerance",
+            .doc = "or every parameter by less, as a fraction of its range; 0: never",
+            .required = false,
+            .range = kNonNegative},
+           l.parameter_tolerance);
   v.Integer({.key = "rollout_budget",
              .doc = "at most so many rollouts of learning, shared out over the batches in place of max_evaluations, so "
                     "that methods can be compared at equal numbers; 0: no limit",

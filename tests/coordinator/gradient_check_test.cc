@@ -60,6 +60,27 @@ class GradientCheck : public testing::Test {
   CurvedService service_;
 };
 
+TEST_F(GradientCheck, WhatIsFixedStaysAndIsNotCompared) {
+  Problem problem = problem_;
+  problem.parameters.fixed = {false, true};
+  problem.parameters.initial[1] = 0.25;
+  service_.spoil = [](const RolloutQuery& query, RolloutOutcome& outcome) {
+    EXPECT_EQ(query.theta[1], 0.25);
+    if (query.gradient) outcome.gradient[1] = 1e6;  // wrong, and no scale for the other
+  };
+  const GradientCheckReport report = CheckGradients(problem, options_, service_, {});
+  EXPECT_EQ(report.agreed, 20);
+  EXPECT_EQ(report.evaluated, CalcLeastRollouts(problem, options_));
+  EXPECT_TRUE(report.rollouts[0].parameters[1].fixed);
+  EXPECT_GT(report.rollouts[0].parameters[0].plateau_steps, 0);
+  EXPECT_EQ(MakeGradientCheckJson(report, problem, options_)["rollouts"][0]["parameters"].size(), 1u);
+  // The other one's errors are still found.
+  service_.spoil = [](const RolloutQuery& query, RolloutOutcome& outcome) {
+    if (query.gradient) outcome.gradient[0] *= 1.001;
+  };
+  EXPECT_EQ(CheckGradients(problem, options_, service_, {}).disagreed, 20);
+}
+
 TEST_F(GradientCheck, ExactGradientsPass) {
   const GradientCheckReport report = Check();
   EXPECT_EQ(report.checked(), 20);
