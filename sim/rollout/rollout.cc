@@ -239,7 +239,7 @@ RolloutModel::Gradient RolloutModel::CalcGradient(const VectorXd& controls, cons
   }
   for (std::size_t i = 0; i < bar.measures.size(); ++i) {
     const SignalMeasure& of = s.signals->measures()[i];
-    if (bar.measures[i] != 0.0) out.design += bar.measures[i] * design_->Find(of.body)->PullBack(of.measure.gradient);
+    if (bar.measures[i] != 0.0) out.design += bar.measures[i] * design()->Find(of.body)->PullBack(of.measure.gradient);
   }
   out.controls.resize(num_controls());
   if (s.scene.controls) {

@@ -330,7 +330,7 @@ struct Rollout {
   double step = 0.0;     // [s]; the horizon is a whole number of steps. TR-BDF2: the longest
   Integrator integrator = Integrator::kTrBdf2;
   double tolerance = 1e-3;          // of TR-BDF2: on the scaled error of a step [-]
-  double newton_tolerance = 1e-10;  // on the scaled residual [-]
+  double newton_tolerance = 1e-12;  // on the scaled residual [-]
   std::int64_t newton_max_iterations = 30;
 };
 
