@@ -174,7 +174,8 @@ const SceneErrorCase kFieldErrors[] = {
      "signals.nearest.of[1]: value 'pillerror': no such signal; did you mean 'pill_error'?"},
     {"UnknownKindOfSignal", "type: height, of: [rope]", "type: @hight, of: [rope]",
      "signals.rope_height.type: value 'hight': expected one of: angle, rate, displacement, speed, position, velocity, "
-     "direction, angular_velocity, distance, center_of_mass, height, drift, depth, force, command, time, number, "
+     "direction, angular_velocity, distance, center_of_mass, height, drift, depth, force, volume, extent, thickness, "
+     "command, time, number, "
      "difference, norm, least, largest; did you mean 'height'?"},
     {"TermInTheUnitOfItsSignal", "scale: 3 cm/s", "scale: @3 cm",
      "loss.task[4].scale: value '3 cm': expected a speed with its unit, such as '60 mm/s', more than 0 m/s"},
