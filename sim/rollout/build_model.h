@@ -50,7 +50,7 @@ struct SceneModel {
 };
 
 // In W [m/s²].
-Eigen::Vector3d CalcGravity(const Scene& scene);
+Eigen::Vector3d CalcGravity(const World& world);
 
 // R_WL of a straight rope's links: z as near to the world's as the direction lets it be, else y.
 Eigen::Matrix3d MakeLinkAxes(const Eigen::Vector3d& direction_W);

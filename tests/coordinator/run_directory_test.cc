@@ -115,11 +115,13 @@ TEST(RunDirectoryTest, TakesTheBeginningThatACrashCutOff) {
 TEST(RunDirectoryTest, RunInfoIsWritten) {
   const TemporaryFolder folder;
   const RunDirectory run = RunDirectory::Create(folder / "run");
-  run.WriteRunInfo({"0.1.0", "abc", "pushing", "ours", 3, "host", "00ff", kStarted, {{"b", "1"}, {"a: of it", "2"}}});
+  run.WriteRunInfo(
+      {"0.1.0", "abc", "pushing", "ours", 3, "host", "00ff", "runs/first", kStarted, {{"b", "1"}, {"a: of it", "2"}}});
   const Json json = Json::parse(ReadFile(run.path() / "run.json"));
   EXPECT_EQ(json["seed"], 3);
   EXPECT_EQ(json["started_utc"], "2025-01-31T23:59:59Z");
   EXPECT_EQ(json["config_hash"], "00ff");
+  EXPECT_EQ(json["started_from"], "runs/first");
   EXPECT_EQ(run.ReadIdentity(), (RunIdentity{{"b", "1"}, {"a: of it", "2"}}));
   WriteFileAtomically(run.info_path(), "{}");
   EXPECT_THROW(run.ReadIdentity(), std::runtime_error);
