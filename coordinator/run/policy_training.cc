@@ -1,10 +1,12 @@
 #include "coordinator/run/policy_training.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <stdexcept>
 #include <variant>
 
 #include "coordinator/run/initial_weights.h"
+#include "sim/math/check.h"
 #include "sim/rollout/control_commands.h"
 #include "sim/scenarios/dump_scene.h"
 
@@ -15,6 +17,14 @@ using Eigen::VectorXd;
 
 VectorXd MakeVector(std::span<const double> values) {
   return Eigen::Map<const VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+// The state at which an interval begins. Times are sums of steps, so that they may be off by some units of rounding.
+std::size_t FindState(const Recording& recording, double time) {
+  constexpr double kSlack = 1e-9;  // [s]
+  const auto at = std::lower_bound(recording.time.begin(), recording.time.end(), time - kSlack);
+  KNAP_CHECK(at != recording.time.end() && *at < time + kSlack, "no state at {} s", time);
+  return static_cast<std::size_t>(at - recording.time.begin());
 }
 
 const Recording::Signal& FindSignal(const Recording& recording, const std::string& name) {
@@ -56,13 +66,14 @@ Examples CollectExamples(const Policy& policy, RolloutModel& open_loop, std::spa
     input.controls = theta.tail(open_loop.num_controls());
     input.variation = demonstration.variation;
     input.want_gradient = false;
-    const Recording recording = open_loop.Record(input, policy.interval).recording;
+    const Recording recording = open_loop.Record(input, 0.0).recording;
     const Eigen::MatrixXd commands = CalcCommands(*open_loop.scene().controls, input.controls);
     for (Eigen::Index k = 0; k < commands.cols(); ++k) {
+      const std::size_t state = FindState(recording, static_cast<double>(k) * policy.interval);
       VectorXd& seen = examples.seen.emplace_back(static_cast<Eigen::Index>(policy.observations.size()));
       for (std::size_t i = 0; i < policy.observations.size(); ++i) {
         const Observation& o = policy.observations[i];
-        const double value = FindSignal(recording, o.signal).values[static_cast<std::size_t>(k)];
+        const double value = FindSignal(recording, o.signal).values[state];
         seen(static_cast<Eigen::Index>(i)) = (value - o.offset) / o.scale;
       }
       examples.wanted.push_back(commands.col(k));
