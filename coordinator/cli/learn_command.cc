@@ -196,7 +196,12 @@ bool TryWriteReport(const PreparedScenario& prepared, const RunDirectory& run, b
   return false;
 }
 
-int RunLearn(const LearnArguments& arguments) {
+int RunLearn(LearnArguments arguments) {
+  // Behind --from a config may be left out; the first override then stands in its place.
+  if (!arguments.from.empty() && arguments.config.find('=') != std::string::npos && !fs::exists(arguments.config)) {
+    arguments.overrides.insert(arguments.overrides.begin(), std::move(arguments.config));
+    arguments.config.clear();
+  }
   const bool begins = !arguments.config.empty() || !arguments.from.empty();
   if (begins == !arguments.resume.empty()) {
     throw UsageError(

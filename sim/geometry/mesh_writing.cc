@@ -121,7 +121,9 @@ TriangleMesh RoundAsWritten(const TriangleMesh& mesh, PrintFormat format) {
   return out;
 }
 
-std::string WritePrintFile(const TriangleMesh& mesh, PrintFormat format, const std::string& name) {
+std::string WritePrintFile(const TriangleMesh& unrounded, PrintFormat format, const std::string& name) {
+  // Normals are those of what is written.
+  const TriangleMesh mesh = RoundAsWritten(unrounded, format);
   const double volume = CalcSignedVolume(mesh);
   if (!(volume > 0.0)) {
     throw std::runtime_error(fmt::format("a mesh of {:.6g} mm^3 is not written as {}: it is inside out or empty",
