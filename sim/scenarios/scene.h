@@ -303,8 +303,7 @@ std::vector<std::string> ListVariedKeys(const std::vector<Variation>& variation)
 // How the start of a free body or of a rope differs. A body that the world carries moves on the level, along what is
 // level of Wx and across that, and turns about the vertical through Bo; a straight rope moves along itself and across,
 // along the y axis of its links, and turns about their z axis at its first joint; a helix moves along its axis alone
-// and turns about it: as far as that can be said without the tool, moves that press
-// none of them into what it lies on.
+// and turns about it. These are the moves that press none of them into what it lies on.
 struct StartPerturbation {
   std::string name;
   double along = 0.0;   // [m]
