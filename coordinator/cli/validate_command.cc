@@ -7,6 +7,7 @@
 #include <exception>
 #include <memory>
 #include <string>
+#include <system_error>
 #include <variant>
 #include <vector>
 
@@ -107,6 +108,8 @@ int RunValidate(const ValidateFlags& flags) {
     ListPieces(flags.config, scene, model.meshes());
     if (model.design()) WarnOfFoldedCorners(flags.config, scene, *model.design());
     if (model.design()) ListMeasures(scene, *model.design());
+  } catch (const std::system_error&) {
+    throw;  // what stdout does not take is no fault of the file
   } catch (const std::exception& error) {
     throw UsageError(fmt::format("{}: {}", flags.config, error.what()));
   }

@@ -291,7 +291,11 @@ TEST_F(LearnTest, EvaluateTakesDesignsByName) {
     return Json::parse(ended.out);
   };
   const Json initial = evaluate("initial");
-  EXPECT_EQ(evaluate("middle_width=44 mm"), initial);
+  EXPECT_EQ(initial["designs"][0]["name"], "initial");
+  Json spelt = evaluate("middle_width=44 mm");
+  EXPECT_EQ(spelt["designs"][0]["name"], "0");
+  spelt["designs"][0]["name"] = "initial";
+  EXPECT_EQ(spelt, initial);
   const Json other = evaluate("middle_width=5 cm,left_depth=10 mm");
   EXPECT_EQ(other["designs"][0]["theta"]["middle_width"], 0.05);
   EXPECT_NE(other["designs"][0]["test"]["loss_mean"], initial["designs"][0]["test"]["loss_mean"]);
