@@ -9,7 +9,7 @@
 
 #include "coordinator/run/loaded_run.h"
 #include "coordinator/run/loss_unit.h"
-#include "knap/run_status_t.hpp"
+#include "coordinator/run/runs_progress.h"
 
 namespace knap {
 namespace {
@@ -114,7 +114,6 @@ void StudyRecorder::RecordDropped(const std::string& error) noexcept try {
 void StudyRecorder::ShowProgress() {
   ProgressState state;
   state.title = fmt::format("{} study", prepared_.scenario.parsed.scene.name);
-  state.phase = ProgressPhase::kStudying;
   state.elapsed_s = elapsed_s();
   const auto runs = static_cast<double>(followers_.size());
   for (const Follower& follower : followers_) state.study_part += follower.done / runs;
@@ -123,27 +122,8 @@ void StudyRecorder::ShowProgress() {
     const std::lock_guard lock(mutex_);
     state.runs_done = ended_;
   }
-  state.rollouts = service_->answered();
-  state.workers_wanted = session_->workers_wanted();
-  state.workers_alive = session_->dispatcher().CountUsableWorkers();
-  state.retries = session_->dispatcher().counters().reissued;
   const bool done = state.runs_done == state.runs;
-  if (done) {
-    shown_.Finish(state);
-  } else {
-    shown_.Update(state);
-  }
-
-  RunProgress progress;
-  progress.state = run_status_t::kLearning;
-  if (done) progress.state = run_status_t::kDone;
-  progress.progress = done ? 1.0 : CalcDonePart(state);
-  progress.eta_s = CalcTimeLeft(state).value_or(-1.0);
-  progress.batch = state.runs_done;
-  progress.batch_count = state.runs;
-  progress.scenario = prepared_.scenario.parsed.scene.name;
-  progress.method = "study";
-  session_->dispatcher().SetProgress(progress);
+  ShowRunsProgress(state, done, prepared_.scenario.parsed.scene.name, "study", *service_, session_, &shown_);
 }
 
 void StudyRecorder::Finish() {

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "coordinator/progress/progress.h"
+#include "coordinator/run/runs_progress.h"
 #include "coordinator/run_directory/run_logs.h"
-#include "knap/run_status_t.hpp"
 
 namespace knap {
 
@@ -78,31 +78,12 @@ void TrainingRecorder::Pump() {
   }
   for (const std::string& line : news) shown_.Say(line + "\n");
   state.title = scenario_ + " demonstrations";
-  state.phase = ProgressPhase::kStudying;
   state.elapsed_s = elapsed_s();
   // Rounds as if all were as long: later ones try fewer, so that the estimate errs on the long side.
   const double within =
       static_cast<double>(evaluations_) / (std::max(1.0, static_cast<double>(state.runs)) * max_evaluations_);
   state.study_part = finished_ ? 1.0 : (round + std::min(1.0, within)) / rounds_;
-  state.rollouts = service_->answered();
-  state.workers_wanted = session_->workers_wanted();
-  state.workers_alive = session_->dispatcher().CountUsableWorkers();
-  state.retries = session_->dispatcher().counters().reissued;
-  if (finished_) {
-    shown_.Finish(state);
-  } else {
-    shown_.Update(state);
-  }
-  RunProgress progress;
-  progress.state = run_status_t::kLearning;
-  if (finished_) progress.state = run_status_t::kDone;
-  progress.progress = finished_ ? 1.0 : CalcDonePart(state);
-  progress.eta_s = CalcTimeLeft(state).value_or(-1.0);
-  progress.batch = state.runs_done;
-  progress.batch_count = state.runs;
-  progress.scenario = scenario_;
-  progress.method = "train-policy";
-  session_->dispatcher().SetProgress(progress);
+  ShowRunsProgress(state, finished_, scenario_, "train-policy", *service_, session_, &shown_);
 }
 
 }  // namespace knap

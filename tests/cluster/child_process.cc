@@ -78,6 +78,13 @@ std::vector<pid_t> ChildProcess::ListChildren() const {
 std::string ChildProcess::ReadOut() const { return ReadText(out_); }
 std::string ChildProcess::ReadErr() const { return ReadText(err_); }
 
+Ended RunToEnd(const std::string& program, std::vector<std::string> arguments, const std::filesystem::path& folder,
+               const std::string& name) {
+  ChildProcess child(program, std::move(arguments), folder, name);
+  const int code = child.Wait();
+  return {code, child.ReadOut(), child.ReadErr()};
+}
+
 std::string ReadText(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;

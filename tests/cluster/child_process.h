@@ -33,6 +33,15 @@ class ChildProcess {
   int code_ = 0;
 };
 
+struct Ended {
+  int code;
+  std::string out, err;
+};
+
+// Waits for the program's end.
+Ended RunToEnd(const std::string& program, std::vector<std::string> arguments, const std::filesystem::path& folder,
+               const std::string& name);
+
 // The text of a file; empty when there is none.
 std::string ReadText(const std::filesystem::path& path);
 

@@ -27,15 +27,8 @@ const std::string kConfig = KNAP_TEST_DATA "/mesh/turned_over.yaml";
 
 class FoldedDesignTest : public ::testing::Test {
  protected:
-  struct Ended {
-    int code;
-    std::string out, err;
-  };
-
   Ended Run(std::vector<std::string> arguments) {
-    ChildProcess knap(KNAP_PROGRAM, std::move(arguments), folder_ / "", "log");
-    const int code = knap.Wait();
-    return {code, knap.ReadOut(), knap.ReadErr()};
+    return RunToEnd(KNAP_PROGRAM, std::move(arguments), folder_ / "", "log");
   }
 
   TemporaryFolder folder_;

@@ -34,16 +34,9 @@ const std::string kShort = kConfig +
 
 class HostileEndsTest : public ::testing::Test {
  protected:
-  struct Ended {
-    int code;
-    std::string out, err;
-  };
-
   // A line of a shell, in a folder of its own, whose programs are ours.
   Ended Shell(const std::string& line) {
-    ChildProcess shell("/bin/sh", {"-c", "PATH='" + kBin + "':$PATH; " + line}, folder_ / "", "shell");
-    const int code = shell.Wait();
-    return {code, shell.ReadOut(), shell.ReadErr()};
+    return RunToEnd("/bin/sh", {"-c", "PATH='" + kBin + "':$PATH; " + line}, folder_ / "", "shell");
   }
 
   std::size_t CountEntries(const std::string& folder) {

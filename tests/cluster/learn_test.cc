@@ -63,15 +63,8 @@ bool IsIn(const fs::path& path, const std::string& what) { return ReadText(path)
 
 class LearnTest : public ::testing::Test {
  protected:
-  struct Ended {
-    int code;
-    std::string out, err;
-  };
-
   Ended Run(std::vector<std::string> arguments) {
-    ChildProcess knap(KNAP_PROGRAM, std::move(arguments), folder_ / "", "run");
-    const int code = knap.Wait();
-    return {code, knap.ReadOut(), knap.ReadErr()};
+    return RunToEnd(KNAP_PROGRAM, std::move(arguments), folder_ / "", "run");
   }
 
   void RunWell(std::vector<std::string> arguments) {
