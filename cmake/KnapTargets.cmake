@@ -4,6 +4,8 @@ target_compile_options(knap_settings INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wold-style-cast
   # The same source gives the same bits: no contraction into fused operations, whatever the compiler's default.
   -ffp-contract=off
+  # What a failed CHECK prints is a path in the tree, wherever the tree was.
+  -fmacro-prefix-map=${PROJECT_SOURCE_DIR}/=
   # Lets ccache see what a precompiled header holds.
   $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess>)
 # fmt's header is among the precompiled ones, so its definitions must be the same everywhere.

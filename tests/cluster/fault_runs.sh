@@ -73,7 +73,7 @@ for ((run = 1; run <= runs; ++run)); do
     fi
     for k in "${!asleep[@]}"; do
       if ((turn >= wake_at[k])); then
-        kill -CONT "${workers[k]}"
+        kill -CONT "${workers[k]}" 2>/dev/null || true  # it had ended before it was put to sleep
         unset "asleep[$k]"
       fi
     done
@@ -94,9 +94,14 @@ for ((run = 1; run <= runs; ++run)); do
         start_worker "$k"
         killed=$((killed + 1))
       elif [[ -z ${asleep[k]-} ]]; then
-        kill -STOP "${workers[k]}"
-        asleep[k]=1 wake_at[k]=$((turn + 10 + RANDOM % 50))
-        stopped=$((stopped + 1))
+        if kill -STOP "${workers[k]}" 2>/dev/null; then
+          asleep[k]=1 wake_at[k]=$((turn + 10 + RANDOM % 50))
+          stopped=$((stopped + 1))
+        elif ! wait "${workers[k]}"; then
+          # One that the coordinator, on its way out, has told to stop ends well; no other may be gone.
+          echo "run $run: worker $k has died"
+          exit 1
+        fi
       fi
     fi
   done
