@@ -18,6 +18,7 @@
 #include "coordinator/learning/batch_objective.h"
 #include "coordinator/learning/evaluation.h"
 #include "coordinator/learning/failed_rollouts.h"
+#include "coordinator/learning/problem.h"
 #include "coordinator/run/count_progress.h"
 #include "coordinator/run/loaded_run.h"
 #include "coordinator/run/loss_unit.h"

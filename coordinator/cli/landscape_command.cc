@@ -17,6 +17,7 @@
 #include "coordinator/cli/run_or_scenario.h"
 #include "coordinator/cli/theta_choice.h"
 #include "coordinator/landscape/landscape.h"
+#include "coordinator/learning/problem.h"
 #include "coordinator/report/landscape_picture.h"
 #include "coordinator/run/count_progress.h"
 #include "coordinator/run/loaded_run.h"

@@ -251,11 +251,11 @@ int RunLearn(LearnArguments arguments) {
   try {
     document = LearnAndTest(prepared, service, recorder);
   } catch (const Interrupted&) {
-    recorder.TryRecordEvent("interrupted", {});
+    recorder.TryRecordEnd("interrupted", {});
     throw Interrupted(fmt::format("interrupted; everything so far is saved, go on with: knap learn --resume {}",
                                   run.path().string()));
   } catch (const std::exception& e) {
-    recorder.TryRecordEvent("failed", {{"error", CleanText(e.what())}});
+    recorder.TryRecordEnd("failed", {{"error", CleanText(e.what())}});
     throw;
   }
   WriteTools(*prepared.model, document.learned, run, "learned");

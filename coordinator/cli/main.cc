@@ -6,6 +6,7 @@
 #include "coordinator/cli/cage_command.h"
 #include "coordinator/cli/evaluate_command.h"
 #include "coordinator/cli/exit_codes.h"
+#include "coordinator/cli/explain_command.h"
 #include "coordinator/cli/export_command.h"
 #include "coordinator/cli/gradcheck_command.h"
 #include "coordinator/cli/import_command.h"
@@ -41,6 +42,7 @@ int main(int argc, char** argv) {
   knap::AddLandscapeCommand(&app, &command);
   knap::AddImportCommand(&app, &command);
   knap::AddCageCommand(&app, &command);
+  knap::AddExplainCommand(&app, &command);
   knap::AddExportCommand(&app, &command);
   knap::AddRepairCommand(&app, &command);
   knap::AddReportCommand(&app, &command);

@@ -65,12 +65,6 @@ std::size_t FindParameter(const std::string& name, const std::string& option, co
                                    : fmt::format("did you mean {}?", nearest)));
 }
 
-std::string FormatParameter(const ParameterSpec& parameters, std::size_t i, double value) {
-  const std::string unit = parameters.GetUnit(i);
-  if (unit == "m") return fmt::format("{} {:.2f} mm", parameters.names[i], 1e3 * value);
-  return fmt::format("{} {:.4g}{}{}", parameters.names[i], value, unit.empty() ? "" : " ", unit);
-}
-
 std::vector<double> ParseTheta(const std::string& text, const std::string& option, const ParameterSpec& parameters,
                                const std::vector<double>& others) {
   const std::vector<std::string>& names = parameters.names;

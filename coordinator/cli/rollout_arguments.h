@@ -17,9 +17,6 @@ namespace knap {
 // The index of a parameter by its name. Throws UsageError that begins with `option` and names what is near, or allowed.
 std::size_t FindParameter(const std::string& name, const std::string& option, const ParameterSpec& parameters);
 
-// A parameter's value for people: "left_depth 12.00 mm", "phalanx_0_length 1.25".
-std::string FormatParameter(const ParameterSpec& parameters, std::size_t i, double value);
-
 // One design: "initial"; "NAME=VALUE,…" with units, "depth=10 mm", the others as in `others`; or all d values,
 // "v1,v2,…", in SI or with units. It may lie outside the bounds. Throws UsageError that begins with `option` for an
 // unknown or repeated name, a wrong number of values and what has not the parameter's dimension.

@@ -12,6 +12,7 @@
 #include <system_error>
 #include <vector>
 
+#include "coordinator/cli/bus_listening.h"
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/progress/progress.h"
 #include "coordinator/run/loaded_run.h"
@@ -87,15 +88,6 @@ bool AllRunsAreDone(const ClusterView& view) {
   return !view.runs().empty() && std::all_of(view.runs().begin(), view.runs().end(), [](const auto& entry) {
     return entry.second.status.state == run_status_t::kDone;
   });
-}
-
-void ListenUntil(std::int64_t until_us, Transport* transport, const Clock& clock, ClusterView* view) {
-  const std::atomic<bool>& stop = CatchStopSignals();
-  while (!stop && clock.now_us() < until_us) {
-    const std::optional<Message> message =
-        transport->Receive(std::clamp<std::int64_t>(until_us - clock.now_us(), 0, 100'000));
-    if (message) view->Handle(*message);
-  }
 }
 
 // A table that is drawn anew in its place until every run is done or Ctrl-C.

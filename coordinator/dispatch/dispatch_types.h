@@ -61,7 +61,43 @@ struct RolloutReport {
   std::string worker;
   std::int32_t attempt = 0;  // of the computation that gave this answer
   double waited_s = 0.0;     // from Evaluate to the answer
-  double compute_s = 0.0;    // as the worker measured it
+  // From when the worker was given it to its answer; NaN when it had been taken back, and the answer came all the same.
+  double held_s = std::numeric_limits<double>::quiet_NaN();
+  double compute_s = 0.0;  // as the worker measured it
+};
+
+// What is out of the ordinary, and why requests are given or sent again.
+enum class TroubleKind {
+  // A worker is gone, and what it held goes to others.
+  kDied,       // its process ended, killed or by itself
+  kFaulted,    // its process ended by a fault signal
+  kSilent,     // nothing was heard of it for a lease
+  kStopping,   // it said goodbye
+  kLacking,    // the same, because it lacked something
+  kStuck,      // it made no progress
+  kElsewhere,  // it does not work for this run any more
+  // A worker keeps what it holds.
+  kStraggler,    // another one, which was idle, got a second copy
+  kMessageLost,  // its status does not list it, and it is sent again
+  // The call has failed, or was interrupted: nobody waits for the answers any more.
+  kDropped,
+};
+
+// "died", "faulted", …, as events.jsonl has it.
+const char* GetName(TroubleKind kind);
+
+struct RequestTrouble {
+  struct Held {
+    ContentId id{};
+    std::int32_t attempt = 0;  // which of the times it was given to a worker, from 1; 0: it never was
+    double held_s = 0.0;       // since then; 0 while it waits
+  };
+  TroubleKind kind = TroubleKind::kDied;
+  std::string worker{};           // who holds, or held, the requests; empty for those that waited in the queue
+  std::string host{};             // its host
+  std::vector<Held> requests{};   // oldest first; a worker that is gone may have held none
+  std::string helper{};           // of kStraggler: who got the copy
+  std::int32_t copy_attempt = 0;  // of kStraggler: which of the times this is
 };
 
 // How the run goes, for run_status_t; the schedule fills it, the dispatcher adds the cluster's figures and sends it.

@@ -38,6 +38,32 @@ DispatchOptions Validate(DispatchOptions options) {
 
 }  // namespace
 
+const char* GetName(TroubleKind kind) {
+  switch (kind) {
+    case TroubleKind::kDied:
+      return "died";
+    case TroubleKind::kFaulted:
+      return "faulted";
+    case TroubleKind::kSilent:
+      return "silent";
+    case TroubleKind::kStopping:
+      return "stopping";
+    case TroubleKind::kLacking:
+      return "lacking";
+    case TroubleKind::kStuck:
+      return "stuck";
+    case TroubleKind::kElsewhere:
+      return "elsewhere";
+    case TroubleKind::kStraggler:
+      return "straggler";
+    case TroubleKind::kMessageLost:
+      return "message_lost";
+    case TroubleKind::kDropped:
+      return "dropped";
+  }
+  return "";
+}
+
 std::vector<std::string> Dispatcher::ListChannels() {
   return {std::string(kResultChannel), std::string(kWorkerStatusChannel), std::string(kControlChannel)};
 }

@@ -73,6 +73,8 @@ class Dispatcher : public RolloutService {
   void set_on_pump(std::function<void()> hook) { on_pump_ = std::move(hook); }
   // Called with a worker whose computation is stuck; whoever started it may kill it.
   void set_on_stalled(std::function<void(const KnownWorker&)> hook) { on_stalled_ = std::move(hook); }
+  // Called with what is out of the ordinary, as it happens. It must not throw.
+  void set_on_trouble(std::function<void(const RequestTrouble&)> hook) { on_trouble_ = std::move(hook); }
   // When the flag becomes true, the waiting call throws Interrupted. May be null; must outlive the dispatcher.
   void set_stop_flag(const std::atomic<bool>* flag) { stop_flag_ = flag; }
 
@@ -110,7 +112,11 @@ class Dispatcher : public RolloutService {
 
   void CheckLeases(std::int64_t now_us);
   void CheckForWorkers(std::int64_t now_us);
-  void Release(KnownWorker* worker);  // what it holds goes back into the queue, what it is to be sent is forgotten
+  // What it holds goes back into the queue, and what it is to be sent is forgotten.
+  void Release(KnownWorker* worker, TroubleKind why);
+  RequestTrouble MakeTrouble(TroubleKind kind, const KnownWorker& worker, std::span<const ContentId> ids) const;
+  void Tell(const RequestTrouble& trouble) const;
+  void TellDropped() const;
   void NoteLack(const worker_status_t& status);
   bool HasAbleWorker(const Request& request) const;
   void CancelAll();
@@ -165,6 +171,7 @@ class Dispatcher : public RolloutService {
   std::function<void()> on_commit_;
   std::function<void()> on_pump_;
   std::function<void(const KnownWorker&)> on_stalled_;
+  std::function<void(const RequestTrouble&)> on_trouble_;
   const std::atomic<bool>* stop_flag_ = nullptr;
   RunProgress progress_;
   DispatchCounters counters_;

@@ -124,7 +124,12 @@ void Dispatcher::CopyTo(std::vector<KnownWorker*>* idle) {
     if (worker == nullptr) continue;
     ++counters_.copied;
     NoteWork(worker);
+    const KnownWorker& straggler = *roster_.Find(requests_.FindOpen(id)->leases.front().worker);
+    RequestTrouble trouble = MakeTrouble(TroubleKind::kStraggler, straggler, {&id, 1});
     requests_.Give(id, worker->instance, now_us);
+    trouble.helper = worker->name;
+    trouble.copy_attempt = requests_.FindOpen(id)->attempts;
+    Tell(trouble);
   }
 }
 

@@ -22,7 +22,7 @@ void Dispatcher::CheckLeases(std::int64_t now_us) {
     if (!worker.silent && now_us - std::max(worker.heard_us, listening_since_us_) > lease_us) {
       worker.silent = true;
       ++counters_.workers_lost;
-      Release(&worker);
+      Release(&worker, TroubleKind::kSilent);
     }
     if (worker.stalled && worker.state == worker_status_t::kIdle && now_us - worker.stalled_us > stall_us) {
       worker.stalled = false;  // it computes nothing: it did not hear us, and may hear us again
@@ -39,7 +39,7 @@ void Dispatcher::CheckLeases(std::int64_t now_us) {
       Fail(fmt::format("request {} made no progress for {} s on {} workers", FormatHex(stuck), options_.stall_s,
                        RequestTable::kMaxStalls));
     }
-    Release(&worker);
+    Release(&worker, TroubleKind::kStuck);
     if (on_stalled_) on_stalled_(worker);
   }
 }
@@ -85,17 +85,48 @@ void Dispatcher::ReportDeath(const std::string& worker_name, std::int32_t pid, D
     }
   }
   if (!worker->silent) ++counters_.workers_lost;
-  Release(worker);
+  Release(worker, cause == DeathCause::kFault ? TroubleKind::kFaulted : TroubleKind::kDied);
   roster_.Remove(worker->instance);
 }
 
-void Dispatcher::Release(KnownWorker* worker) {
+void Dispatcher::Release(KnownWorker* worker, TroubleKind why) {
+  const std::vector<ContentId>& held = requests_.GetHolding(worker->instance).ids;
+  // It is nothing out of the ordinary that workers end at the end, nor what those of no or another run do.
+  const bool is_ours = worker->run_id == options_.run_id && !stopping_;
+  if (is_ours || !held.empty()) Tell(MakeTrouble(why, *worker, held));
   requests_.TakeBack(worker->instance);
   worker->unsent_acknowledgements.clear();
   worker->unsent_cancellations.clear();
 }
 
+RequestTrouble Dispatcher::MakeTrouble(TroubleKind kind, const KnownWorker& worker,
+                                       std::span<const ContentId> ids) const {
+  RequestTrouble trouble{.kind = kind, .worker = worker.name, .host = worker.host};
+  for (const ContentId& id : ids) {
+    const Lease& lease = *requests_.FindLease(id, worker.instance);
+    trouble.requests.push_back({id, lease.attempt, static_cast<double>(clock_->now_us() - lease.given_us) * 1e-6});
+  }
+  return trouble;
+}
+
+void Dispatcher::Tell(const RequestTrouble& trouble) const {
+  if (on_trouble_) on_trouble_(trouble);
+}
+
+void Dispatcher::TellDropped() const {
+  for (const auto& [instance, worker] : roster_.workers()) {
+    const std::vector<ContentId>& held = requests_.GetHolding(instance).ids;
+    if (!held.empty()) Tell(MakeTrouble(TroubleKind::kDropped, worker, held));
+  }
+  RequestTrouble waiting{.kind = TroubleKind::kDropped};
+  for (const ContentId& id : requests_.book().queue) {
+    waiting.requests.push_back({.id = id, .attempt = requests_.FindOpen(id)->attempts});
+  }
+  if (!waiting.requests.empty()) Tell(waiting);
+}
+
 void Dispatcher::CancelAll() {
+  TellDropped();
   for (auto& [instance, worker] : roster_.workers()) {
     const std::vector<ContentId>& held = requests_.GetHolding(instance).ids;
     worker.unsent_cancellations.insert(worker.unsent_cancellations.end(), held.begin(), held.end());

@@ -47,12 +47,12 @@ void Dispatcher::HandleStatus(const worker_status_t& status, std::int64_t arriva
   if (worker == nullptr) return;
   if (status.state == worker_status_t::kStopping) {
     if (!status.reason.empty()) NoteLack(status);
-    Release(worker);
+    Release(worker, status.reason.empty() ? TroubleKind::kStopping : TroubleKind::kLacking);
     roster_.Remove(worker->instance);
     return;
   }
   if (worker->run_id != options_.run_id) {
-    Release(worker);  // it has forgotten what it was given
+    Release(worker, TroubleKind::kElsewhere);  // it has forgotten what it was given
     if (!stopping_) SendControl(control_t::kJoin, *worker, {});
     return;
   }
@@ -60,6 +60,7 @@ void Dispatcher::HandleStatus(const worker_status_t& status, std::int64_t arriva
   for (const ContentId& id : queue) {
     if (requests_.FindOpen(id) == nullptr && id != worker->running) worker->unsent_cancellations.push_back(id);
   }
+  std::vector<ContentId> lost;
   for (const ContentId& id : requests_.GetHolding(worker->instance).ids) {
     if (std::find(queue.begin(), queue.end(), id) != queue.end()) {
       requests_.NoteArrival(id, worker->instance);
@@ -67,8 +68,10 @@ void Dispatcher::HandleStatus(const worker_status_t& status, std::int64_t arriva
       // Either the request was lost or its answer: a worker that has the answer repeats it.
       ++counters_.resent;
       requests_.Resend(id, worker->instance, arrival_us);
+      lost.push_back(id);
     }
   }
+  if (!lost.empty()) Tell(MakeTrouble(TroubleKind::kMessageLost, *worker, lost));
 }
 
 bool Dispatcher::Admit(const worker_status_t& status) {
@@ -179,6 +182,9 @@ void Dispatcher::Accept(const ContentId& id, const rollout_result_t& result, con
     report.worker = result.worker;
     report.attempt = result.attempt;
     report.waited_s = static_cast<double>(clock_->now_us() - request.opened_us) * 1e-6;
+    if (const Lease* lease = requests_.FindLease(id, result.sender)) {
+      report.held_s = static_cast<double>(clock_->now_us() - lease->given_us) * 1e-6;
+    }
     report.compute_s = result.compute_s;
     on_result_(report);
   }

@@ -55,8 +55,7 @@ bool RequestTable::Ask(const ContentId& id, const RolloutQuery& query, RolloutOu
 }
 
 void RequestTable::AddLease(const ContentId& id, Request* request, std::int64_t worker, std::int64_t now_us) {
-  request->leases.push_back({worker, now_us, false});
-  ++request->attempts;
+  request->leases.push_back({worker, now_us, false, now_us, ++request->attempts});
   Holding& holding = book_.holdings[worker];
   holding.ids.push_back(id);
   holding.unsent.push_back(id);

@@ -34,6 +34,8 @@ struct Lease {
   std::int64_t worker = 0;   // instance
   std::int64_t sent_us = 0;  // when it was last sent, or put among what is sent next
   bool arrived = false;      // the worker's status has listed it
+  std::int64_t given_us = 0;
+  std::int32_t attempt = 0;  // which of the times the request was given to a worker, from 1
 };
 
 // Parts of an answer that have come from one worker.

@@ -1,5 +1,7 @@
 #include "coordinator/learning/problem.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <cstddef>
 #include <set>
@@ -53,6 +55,12 @@ void CheckParameters(const ParameterSpec& spec) {
 }
 
 }  // namespace
+
+std::string FormatParameter(const ParameterSpec& parameters, std::size_t i, double value) {
+  const std::string unit = parameters.GetUnit(i);
+  if (unit == "m") return fmt::format("{} {:.2f} mm", parameters.names[i], 1e3 * value);
+  return fmt::format("{} {:.4g}{}{}", parameters.names[i], value, unit.empty() ? "" : " ", unit);
+}
 
 void CheckProblem(const Problem& problem) {
   CheckParameters(problem.parameters);

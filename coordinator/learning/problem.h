@@ -28,6 +28,9 @@ struct ParameterSpec {
   bool IsFixed(std::size_t i) const { return !fixed.empty() && fixed[i]; }
 };
 
+// A parameter's value for people: "left_depth 12.00 mm", "phalanx_0_length 1.25".
+std::string FormatParameter(const ParameterSpec& parameters, std::size_t i, double value);
+
 struct UniformDraw {
   double lower = 0.0, upper = 0.0;  // lower <= upper; equal bounds give that value always
 };

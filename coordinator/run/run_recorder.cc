@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <utility>
 
 #include "coordinator/run_directory/json_text.h"
 #include "knap/run_status_t.hpp"
@@ -15,6 +16,11 @@ namespace knap {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kMostListed = 256;  // requests in one event
+
+// As it reads well in JSON, with microseconds.
+double RoundTime(double seconds) { return std::round(seconds * 1e6) / 1e6; }
 
 // Whoever reads it later may stand elsewhere. Empty: no key.
 std::string FindAbsolutePath(const std::string& path) {
@@ -47,6 +53,9 @@ RunRecorder::RunRecorder(const RunPlan& plan, const RunDirectory& run, ClusterSe
   progress_.method = plan_.method;
   session_->set_on_pump([this] { Pump(); });
   service_->set_on_answer([this](const RolloutReport& report) { RecordAnswer(report); });
+  session_->dispatcher().set_on_trouble([this](const RequestTrouble& trouble) {
+    troubles_.push_back({elapsed_s(), trouble});
+  });
   RecordEvent("begin", {{"pid", getpid()},
                         {"run_id", fmt::format("{:016x}", static_cast<std::uint64_t>(session_->run_id()))},
                         {"lcm_url", session_->lcm_url()},
@@ -56,6 +65,7 @@ RunRecorder::RunRecorder(const RunPlan& plan, const RunDirectory& run, ClusterSe
 }
 
 RunRecorder::~RunRecorder() {
+  session_->dispatcher().set_on_trouble({});
   session_->set_on_pump({});
   service_->set_on_answer({});
 }
@@ -73,6 +83,14 @@ void RunRecorder::RecordEvent(const std::string& event, const Json& details) {
 void RunRecorder::TryRecordEvent(const std::string& event, const Json& details) noexcept try {
   RecordEvent(event, details);
 } catch (const std::exception&) {
+}
+
+void RunRecorder::TryRecordEnd(const std::string& event, const Json& details) noexcept {
+  try {
+    RecordLosses();
+  } catch (const std::exception&) {
+  }
+  TryRecordEvent(event, details);
 }
 
 void RunRecorder::OnBatchStart(const BatchStart& start) {
@@ -184,10 +202,60 @@ void RunRecorder::RecordAnswer(const RolloutReport& report) {
   row.distrust = report.outcome->certificate.distrust;
   row.forward_s = report.outcome->forward_s;
   row.gradient_s = report.outcome->gradient_s;
+  row.waited_s = report.waited_s;
+  row.held_s = report.held_s;
   rollouts_.Append(row);
 }
 
+void RunRecorder::RecordTroubles() {
+  const std::vector<Trouble> troubles = std::exchange(troubles_, {});
+  Json copied = Json::array(), resent = Json::array();
+  for (const auto& [time_s, what] : troubles) {
+    Json requests = Json::array();
+    for (const RequestTrouble::Held& held : what.requests) {
+      if (requests.size() == kMostListed) break;
+      Json request = {{"id", FormatShort(held.id)}, {"attempt", held.attempt}, {"held_s", RoundTime(held.held_s)}};
+      if (what.kind == TroubleKind::kStraggler || what.kind == TroubleKind::kMessageLost) {
+        request["worker"] = what.worker;
+        request["time_s"] = RoundTime(time_s);
+      }
+      if (what.kind == TroubleKind::kStraggler) {
+        request["copy_to"] = what.helper;
+        request["copy_attempt"] = what.copy_attempt;
+      }
+      requests.push_back(std::move(request));
+    }
+    const auto append = [&requests](Json* list) {
+      for (Json& request : requests) {
+        if (list->size() < kMostListed) list->push_back(std::move(request));
+      }
+    };
+    if (what.kind == TroubleKind::kStraggler) {
+      append(&copied);
+    } else if (what.kind == TroubleKind::kMessageLost) {
+      append(&resent);
+    } else if (what.kind == TroubleKind::kDropped) {
+      events_.Append(time_s, "requests_dropped",
+                     {{"worker", what.worker}, {"count", what.requests.size()}, {"requests", std::move(requests)}});
+    } else {
+      events_.Append(time_s, "worker_gone",
+                     {{"worker", what.worker},
+                      {"host", CleanText(what.host)},
+                      {"why", GetName(what.kind)},
+                      {"requests", std::move(requests)}});
+    }
+  }
+  const DispatchCounters& counters = session_->dispatcher().counters();
+  const auto note = [this](const char* event, std::int64_t now, std::int64_t before, Json requests) {
+    if (now == before) return;
+    RecordEvent(event, {{"count", now - before}, {"total", now}, {"requests", std::move(requests)}});
+  };
+  note("requests_copied", counters.copied, last_counters_.copied, std::move(copied));
+  note("requests_resent", counters.resent, last_counters_.resent, std::move(resent));
+}
+
 void RunRecorder::RecordLosses() {
+  RecordTroubles();
   const DispatchCounters& counters = session_->dispatcher().counters();
   const auto note = [this](const char* event, std::int64_t now, std::int64_t before) {
     if (now != before) RecordEvent(event, {{"count", now - before}, {"total", now}});
@@ -196,7 +264,6 @@ void RunRecorder::RecordLosses() {
   note("workers_lacking", counters.workers_lacking, last_counters_.workers_lacking);
   note("workers_stalled", counters.workers_stalled, last_counters_.workers_stalled);
   note("requests_reissued", earlier_.reissued + counters.reissued, earlier_.reissued + last_counters_.reissued);
-  note("requests_copied", counters.copied, last_counters_.copied);
   note("messages_refused", counters.refused.total(), last_counters_.refused.total());
   note("workers_restarted", session_->worker_restarts(), last_restarts_);
   const auto tell = [this](const char* event, const std::string& word, const auto& workers) {

@@ -51,6 +51,8 @@ class RunRecorder : public LearningObserver {
   void RecordEvent(const std::string& event, const nlohmann::ordered_json& details);
   // The same, dropped when the disk does not take it: for what must not hide how the run ended, nor end it.
   void TryRecordEvent(const std::string& event, const nlohmann::ordered_json& details) noexcept;
+  // Likewise the last one of a run that was broken off, behind what went wrong until then.
+  void TryRecordEnd(const std::string& event, const nlohmann::ordered_json& details) noexcept;
 
   // Lines for people, on stderr unless quiet.
   void Say(std::string_view lines) { shown_.Say(lines); }
@@ -62,7 +64,8 @@ class RunRecorder : public LearningObserver {
  private:
   void Pump();
   void RecordAnswer(const RolloutReport& report);
-  void RecordLosses();  // of workers
+  void RecordLosses();    // of workers
+  void RecordTroubles();  // of requests
   void PublishProgress();
 
   const RunPlan plan_;
@@ -80,6 +83,11 @@ class RunRecorder : public LearningObserver {
   std::int64_t test_begin_total_ = 0;
   bool validates_ = false;
   RunProgress progress_;
+  struct Trouble {
+    double time_s = 0.0;
+    RequestTrouble what;
+  };
+  std::vector<Trouble> troubles_;  // not yet recorded
   DispatchCounters last_counters_;
   int last_restarts_ = 0;
   std::set<std::int64_t> told_workers_;  // workers

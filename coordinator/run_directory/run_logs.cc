@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdlib>
+#include <sstream>
 
 #include "coordinator/run_directory/json_text.h"
 #include "sim/scenarios/csv_text.h"
@@ -65,17 +67,51 @@ RolloutLog::RolloutLog(const std::filesystem::path& path)
     : file_(
           OpenLines(path,
                     "id,kind,variation,worker,attempt,loss,success,converged,gradient_reliable,loss_error,penetration,"
-                    "largest_force,distrust,time_s,forward_s,gradient_s\n")) {}
+                    "largest_force,distrust,time_s,forward_s,gradient_s,waited_s,held_s\n")) {}
 
 void RolloutLog::Append(const RolloutRow& row) {
   std::string variation;
   for (const double value : row.variation) variation += fmt::format("{}{}", variation.empty() ? "" : " ", value);
   const std::string loss_error = std::isfinite(row.loss_error) ? fmt::format("{}", row.loss_error) : "";
-  file_.Write(fmt::format("{},{},{},{},{},{},{:d},{:d},{:d},{},{},{},{},{},{},{}\n", MakeCsvField(row.id),
+  const auto format_time = [](double time_s) {
+    return std::isfinite(time_s) ? FormatMicroseconds(RoundToMicroseconds(time_s)) : "";
+  };
+  file_.Write(fmt::format("{},{},{},{},{},{},{:d},{:d},{:d},{},{},{},{},{},{},{},{},{}\n", MakeCsvField(row.id),
                           MakeCsvField(row.kind), variation, MakeCsvField(row.worker), row.attempt, row.loss,
                           row.success, row.converged, row.gradient_reliable, loss_error, row.penetration,
                           row.largest_force, MakeCsvField(row.distrust),
-                          FormatMicroseconds(RoundToMicroseconds(row.time_s)), row.forward_s, row.gradient_s));
+                          FormatMicroseconds(RoundToMicroseconds(row.time_s)), row.forward_s, row.gradient_s,
+                          format_time(row.waited_s), format_time(row.held_s)));
+}
+
+std::vector<RolloutRow> ReadRollouts(const std::filesystem::path& path) {
+  const CsvTable table(ReadFile(path));
+  std::vector<RolloutRow> rows;
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    RolloutRow& row = rows.emplace_back();
+    row.time_s = table.GetNumber(i, "time_s");
+    row.id = table.Get(i, "id");
+    row.kind = table.Get(i, "kind");
+    std::istringstream variation(table.Get(i, "variation"));
+    for (std::string value; variation >> value;) row.variation.push_back(std::strtod(value.c_str(), nullptr));
+    row.worker = table.Get(i, "worker");
+    if (const double attempt = table.GetNumber(i, "attempt"); attempt >= 1.0 && attempt <= 1e9) {
+      row.attempt = static_cast<int>(attempt);
+    }
+    row.loss = table.GetNumber(i, "loss");
+    row.success = table.Get(i, "success") == "1";
+    row.converged = table.Get(i, "converged") == "1";
+    row.gradient_reliable = table.Get(i, "gradient_reliable") == "1";
+    row.loss_error = table.GetNumber(i, "loss_error");
+    row.penetration = table.GetNumber(i, "penetration");
+    row.largest_force = table.GetNumber(i, "largest_force");
+    row.distrust = table.Get(i, "distrust");
+    row.forward_s = table.GetNumber(i, "forward_s");
+    row.gradient_s = table.GetNumber(i, "gradient_s");
+    row.waited_s = table.GetNumber(i, "waited_s");
+    row.held_s = table.GetNumber(i, "held_s");
+  }
+  return rows;
 }
 
 EventLog::EventLog(const std::filesystem::path& path) : file_(OpenLines(path, "")) {}

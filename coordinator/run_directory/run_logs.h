@@ -55,11 +55,14 @@ struct RolloutRow {
   double largest_force = 0.0;                    // of one contact [N]
   std::string distrust{};                        // why it is not to be trusted; empty: nothing tells against it
   double forward_s = 0.0, gradient_s = 0.0;      // the worker's own wall times
+  // From the question, and from when this worker was given it, to the answer; NaN: not known.
+  double waited_s = std::numeric_limits<double>::quiet_NaN();
+  double held_s = std::numeric_limits<double>::quiet_NaN();
 };
 
 // rollouts.csv: one row a rollout result. Columns as the members above, in the order id, kind, variation, worker,
 // attempt, loss, success, converged, gradient_reliable, loss_error, penetration, largest_force, distrust, time_s,
-// forward_s, gradient_s; loss_error is empty where it is not known.
+// forward_s, gradient_s, waited_s, held_s; empty where loss_error and the last two are not known.
 class RolloutLog {
  public:
   explicit RolloutLog(const std::filesystem::path& path);
@@ -68,6 +71,9 @@ class RolloutLog {
  private:
   DurableFile file_;
 };
+
+// The rows of such a file, in order. What it does not hold, as one of an earlier version may not, is as in a new row.
+std::vector<RolloutRow> ReadRollouts(const std::filesystem::path& path);
 
 // events.jsonl: one JSON object a line, beginning with time_s and event.
 class EventLog {
