@@ -27,7 +27,7 @@ using Eigen::VectorXd;
 using Json = nlohmann::ordered_json;
 
 constexpr double kFrames = 120.0;              // of a replay
-constexpr std::size_t kMostReplayed = 24;      // variations
+constexpr std::int64_t kMostReplayed = 24;     // variations
 constexpr std::size_t kMostBytes = 3'500'000;  // of all replays: a page stays below 5 MB
 
 Json ReadJson(const std::filesystem::path& path) { return Json::parse(ReadFile(path)); }
@@ -127,12 +127,12 @@ Json IsSame(const std::optional<RolloutOutcome>& outcome, const RolloutOutput& a
 void AddReplays(const ReportSource& source, bool has_success, const std::function<void(int, int)>& progress,
                 Json* page) {
   const std::vector<std::size_t> order = ChooseReplays(source, has_success);
-  const std::size_t count = std::min(kMostReplayed, order.size());
+  const int total = CountReplays(static_cast<std::int64_t>(order.size()));
   const double period = source.model->scene().rollout.horizon / kFrames;
   Json replays = Json::array();
   std::size_t bytes = 0;
   int done = 0;
-  for (std::size_t k = 0; k < count && bytes < kMostBytes; ++k) {
+  for (std::size_t k = 0; 2 * k < static_cast<std::size_t>(total) && bytes < kMostBytes; ++k) {
     for (const ReportedTest& test : source.tests) {
       const RolloutInput input = MakeInput(source, test, order[k]);
       const RecordedRollout rollout = source.model->Record(input, period);
@@ -148,7 +148,7 @@ void AddReplays(const ReportSource& source, bool has_success, const std::functio
       bytes += replay.dump().size();
       replays.push_back(std::move(replay));
       ++done;
-      if (progress) progress(done, static_cast<int>(2 * count));
+      if (progress) progress(done, total);
     }
   }
   (*page)["replays"] = std::move(replays);
@@ -163,6 +163,11 @@ Json MakeRepeatJson(const ReportSource& source) {
 }
 
 }  // namespace
+
+int CountReplays(std::int64_t variations) {
+  // Of two tools each.
+  return 2 * static_cast<int>(std::clamp<std::int64_t>(variations, 0, kMostReplayed));
+}
 
 std::string MakeReportPage(const ReportSource& source, const std::function<void(int, int)>& progress) {
   const bool has_success = source.model->scene().success.has_value();

@@ -12,7 +12,6 @@
 #include <utility>
 #include <vector>
 
-#include "coordinator/progress/progress.h"
 #include "coordinator/report/comparison_document.h"
 #include "coordinator/report/report_document.h"
 #include "coordinator/run/answer_journal.h"
@@ -22,7 +21,6 @@
 #include "coordinator/run/usage_error.h"
 #include "coordinator/run_directory/durable_file.h"
 #include "coordinator/run_directory/journal.h"
-#include "lcmtypes/wire/clock.h"
 #include "lcmtypes/wire/content_id.h"
 #include "lcmtypes/wire/scenario_bundle.h"
 
@@ -145,7 +143,7 @@ void WriteComparison(const LoadedScenario& scenario, const RunDirectory& first, 
 }
 
 void WriteReport(const LoadedScenario& scenario, const RunDirectory& run, RolloutModel& model,
-                 const std::filesystem::path& path, StderrProgress* shown) {
+                 const std::filesystem::path& path, const std::function<void(int done, int total)>& progress) {
   const Scene& scene = scenario.parsed.scene;
   const Problem problem = MakeProblem(scene, scenario.files);
   const std::size_t size = problem.parameters.names.size();
@@ -167,17 +165,6 @@ void WriteReport(const LoadedScenario& scenario, const RunDirectory& run, Rollou
   };
   source.tests.push_back(find("initial", problem.parameters.initial));
   source.tests.push_back(find("learned", ReadLearnedTheta(run, size)));
-  const SteadyClock clock;
-  const std::int64_t started_us = clock.now_us();
-  ProgressState state;
-  state.title = scene.name + " report";
-  state.phase = ProgressPhase::kTesting;
-  const auto progress = [&](int done, int total) {
-    state.elapsed_s = static_cast<double>(clock.now_us() - started_us) * 1e-6;
-    state.tested = state.rollouts = done;
-    state.tests = total;
-    shown->Update(state);
-  };
   WriteFileAtomically(path, MakeReportPage(source, progress));
 }
 
