@@ -15,7 +15,7 @@
 #include "coordinator/cli/exit_codes.h"
 #include "coordinator/cli/listen_flag.h"
 #include "coordinator/learning/evaluation.h"
-#include "coordinator/progress/stderr_progress.h"
+#include "coordinator/report/report_document.h"
 #include "coordinator/run/live_watch.h"
 #include "coordinator/run/loaded_run.h"
 #include "coordinator/run/loss_unit.h"
@@ -189,9 +189,9 @@ ResultDocument LearnAndTest(const PreparedScenario& prepared, JournaledService& 
 }
 
 // Without it the run is still whole, so what keeps it from being made is an event.
-bool TryWriteReport(const PreparedScenario& prepared, const RunDirectory& run, bool quiet, RunRecorder* recorder) try {
-  StderrProgress shown(quiet, [](const std::string&) {});  // the recorder has said what stderr does not take
-  WriteReport(prepared.scenario, run, *prepared.model, run.report_path(), &shown);
+bool TryWriteReport(const PreparedScenario& prepared, const RunDirectory& run, RunRecorder* recorder) try {
+  WriteReport(prepared.scenario, run, *prepared.model, run.report_path(),
+              [recorder](int done, int total) { recorder->ShowReplay(done, total); });
   return true;
 } catch (const std::exception& e) {
   recorder->TryRecordEvent("no_report", {{"error", CleanText(e.what())}});
@@ -243,6 +243,7 @@ int RunLearn(LearnArguments arguments) {
                      prepared.problem.parameters.names,
                      FormatLossUnit(prepared.scenario.parsed.scene),
                      2 * CountTests(prepared),
+                     CountReplays(CountTests(prepared)),
                      prepared.scenario.parsed.scene.success.has_value()};
   RunRecorder recorder(plan, run, &session, &service, arguments.quiet);
   std::optional<LiveWatch> watch;
@@ -260,7 +261,8 @@ int RunLearn(LearnArguments arguments) {
   }
   WriteTools(*prepared.model, document.learned, run, "learned");
   run.WriteResult(document);
-  const bool has_report = TryWriteReport(prepared, run, arguments.quiet, &recorder);
+  const bool has_report = TryWriteReport(prepared, run, &recorder);
+  recorder.ShowEnd();
   recorder.TryRecordEvent("done", {{"wall_s", document.wall_s}});
   recorder.Say(FormatSummary(prepared.scenario.parsed.scene, document, run, arguments.from, has_report));
   if (arguments.json) WriteOutput(fmt::format("{}\n", MakeJsonText(MakeResultJson(document), 2)));

@@ -2,17 +2,21 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
 
 #include "coordinator/cli/exit_codes.h"
+#include "coordinator/progress/progress.h"
+#include "coordinator/progress/stderr_progress.h"
 #include "coordinator/run/count_progress.h"
 #include "coordinator/run/loaded_run.h"
 #include "coordinator/run/report_writing.h"
 #include "coordinator/run/usage_error.h"
 #include "lcmtypes/program/standard_streams.h"
+#include "lcmtypes/wire/clock.h"
 #include "lcmtypes/wire/text.h"
 
 namespace knap {
@@ -55,7 +59,17 @@ int RunReport(const ReportArguments& arguments) {
     }
     RolloutModel model(scenario.files);
     StderrProgress shown(arguments.quiet, [&](const std::string& error) { dropped = error; });
-    WriteReport(scenario, run, model, path, &shown);
+    const SteadyClock clock;
+    const std::int64_t started_us = clock.now_us();
+    ProgressState state;
+    state.title = scenario.parsed.scene.name;
+    state.phase = ProgressPhase::kReporting;
+    WriteReport(scenario, run, model, path, [&](int done, int total) {
+      state.elapsed_s = static_cast<double>(clock.now_us() - started_us) * 1e-6;
+      state.replayed = done;
+      state.replays = total;
+      shown.Update(state);
+    });
   }
   WriteOutput(fmt::format("report  {} (open it in a browser)\n", CleanText(path.string())) + FormatDropped(dropped));
   return kExitDone;

@@ -27,29 +27,75 @@ struct Figure {
   bool warning = false;
 };
 
-// The most important first.
+// What goes on now, in words: the longest first. The last one has at most six letters, for the narrowest bar.
+struct Activity {
+  std::vector<std::string> words;
+  bool warning = false;
+};
+
+Activity MakeActivity(const ProgressState& state) {
+  const bool asks_workers = state.phase == ProgressPhase::kLearning || state.phase == ProgressPhase::kTesting ||
+                            state.phase == ProgressPhase::kCounting;
+  if (asks_workers && state.workers_alive == 0) return {{"waiting for workers", "no workers", "waits"}, true};
+  switch (state.phase) {
+    case ProgressPhase::kLearning:
+      if (state.validating) {
+        return {{state.batch == 0 ? "validating the initial design"
+                                  : fmt::format("validating batch {} of {}", state.batch, state.batches),
+                 "validating", "checks"}};
+      }
+      if (state.batch == 0) return {{"starting", "starts"}};
+      return {{fmt::format("learning: batch {} of {}", state.batch, state.batches),
+               fmt::format("batch {}/{}", state.batch, state.batches), "learns"}};
+    case ProgressPhase::kTesting:
+      return {{fmt::format("testing: rollout {} of {}", state.tested, state.tests),
+               fmt::format("test {}/{}", state.tested, state.tests), "tests"}};
+    case ProgressPhase::kReporting:
+      return {{fmt::format("report: replay {} of {}", state.replayed, state.replays),
+               fmt::format("replay {}/{}", state.replayed, state.replays), "report"}};
+    case ProgressPhase::kCounting:
+      return {{fmt::format("rollout {} of {}", state.tested, state.tests),
+               fmt::format("{}/{}", state.tested, state.tests), ""}};
+    case ProgressPhase::kStudying:
+      return {{fmt::format("{} of {} runs done", state.runs_done, state.runs),
+               fmt::format("{}/{} done", state.runs_done, state.runs), "learns"}};
+    case ProgressPhase::kDone:
+      break;
+  }
+  return {{"done in " + FormatDuration(state.elapsed_s), "done"}};
+}
+
+// Behind what goes on, the most important first.
 std::vector<Figure> MakeFigures(const ProgressState& state) {
   std::vector<Figure> figures;
-  const std::optional<double> left = CalcTimeLeft(state);
-  figures.push_back({fmt::format("{:3.0f}%", std::floor(100.0 * CalcDonePart(state)))});
-  figures.push_back({fmt::format("ETA {}", left ? FormatDuration(*left) : "-:--")});
-  if (state.phase == ProgressPhase::kLearning) {
-    figures.push_back({fmt::format("batch {}/{}", state.batch, state.batches)});
-    figures.push_back({fmt::format("evaluation {}", state.evaluation)});
+  if (const std::optional<double> left = CalcTimeLeft(state); left && state.phase != ProgressPhase::kDone) {
+    figures.push_back({FormatDuration(*left) + " left"});
+  }
+  if (state.phase == ProgressPhase::kLearning && state.batch > 0 && !state.validating) {
     figures.push_back({"loss " + FormatLoss(state.loss, state.loss_unit)});
     figures.push_back({"best " + FormatLoss(state.best_loss, state.loss_unit)});
-  } else if (state.phase == ProgressPhase::kTesting) {
-    figures.push_back({fmt::format("tested {}/{}", state.tested, state.tests)});
-  } else {
-    figures.push_back({fmt::format("runs {}/{}", state.runs_done, state.runs)});
+    figures.push_back({fmt::format("evaluation {}", state.evaluation)});
   }
-  const bool missing = state.workers_alive < std::max(1, state.workers_wanted);
-  figures.push_back({state.workers_wanted > 0 ? fmt::format("workers {}/{}", state.workers_alive, state.workers_wanted)
-                                              : fmt::format("workers {}", state.workers_alive),
-                     missing});
-  figures.push_back({fmt::format("rollouts {}", state.rollouts)});
-  figures.push_back({fmt::format("retries {}", state.retries), state.retries > 0});
+  if (state.phase != ProgressPhase::kReporting && state.phase != ProgressPhase::kDone) {
+    const bool missing = state.workers_alive < std::max(1, state.workers_wanted);
+    figures.push_back({state.workers_wanted > 0
+                           ? fmt::format("workers {}/{}", state.workers_alive, state.workers_wanted)
+                           : fmt::format("workers {}", state.workers_alive),
+                       missing});
+  }
+  if (state.rollouts > 0) figures.push_back({fmt::format("{} rollouts", state.rollouts)});
+  if (state.retries > 0) figures.push_back({fmt::format("{} given again", state.retries), true});
   return figures;
+}
+
+std::string FormatPercent(const ProgressState& state) {
+  return fmt::format("{:3.0f}%", std::floor(100.0 * CalcDonePart(state)));
+}
+
+// Columns on a terminal: characters of UTF-8, of which units have some that are longer than a byte.
+int CountColumns(const std::string& text) {
+  return static_cast<int>(
+      std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xc0U) != 0x80U; }));
 }
 
 std::string MakePaint(const std::string& text, const char* colour, bool enabled) {
@@ -61,23 +107,46 @@ std::string MakePaint(const std::string& text, const char* colour, bool enabled)
 double CalcDonePart(const ProgressState& state) {
   const auto rollouts = static_cast<double>(state.rollouts);
   const auto tests = static_cast<double>(state.tests);
+  const double report = state.replay_cost * state.replays;
   double done = 0.0;
-  if (state.phase == ProgressPhase::kTesting) {
-    const double learned = std::max(0.0, rollouts - static_cast<double>(state.tested));
-    if (state.tests > 0) done = (learned + static_cast<double>(state.tested)) / (learned + tests);
-  } else if (state.phase == ProgressPhase::kStudying) {
-    done = state.study_part;
-  } else if (state.batches > 0 && state.batch > 0) {
-    const double within =
-        state.max_evaluations > 0 ? std::min(1.0, static_cast<double>(state.evaluation) / state.max_evaluations) : 0.0;
-    done = (state.batch - 1 + within) / state.batches;
-    // Of rollouts/done + tests.
-    if (state.rollouts > 0) done *= rollouts / (rollouts + tests * done);
+  switch (state.phase) {
+    case ProgressPhase::kLearning:
+      if (state.batches > 0 && state.batch > 0) {
+        const double within = state.max_evaluations > 0
+                                  ? std::min(1.0, static_cast<double>(state.evaluation) / state.max_evaluations)
+                                  : 0.0;
+        done = (state.batch - 1 + within) / state.batches;
+        // Of rollouts/done + tests + report.
+        if (state.rollouts > 0) done *= rollouts / (rollouts + (tests + report) * done);
+      }
+      break;
+    case ProgressPhase::kTesting:
+      if (state.tests > 0) {
+        const double learned = std::max(0.0, rollouts - static_cast<double>(state.tested));
+        done = (learned + static_cast<double>(state.tested)) / (learned + tests + report);
+      }
+      break;
+    case ProgressPhase::kReporting:
+      if (state.replays > 0) done = (rollouts + state.replay_cost * state.replayed) / (rollouts + report);
+      break;
+    case ProgressPhase::kCounting:
+      if (state.tests > 0) done = static_cast<double>(state.tested) / tests;
+      break;
+    case ProgressPhase::kStudying:
+      done = state.study_part;
+      break;
+    case ProgressPhase::kDone:
+      done = 1.0;
+      break;
   }
   return std::clamp(done, 0.0, 1.0);
 }
 
 std::optional<double> CalcTimeLeft(const ProgressState& state) {
+  // What a replay takes is known best once there are some.
+  if (state.phase == ProgressPhase::kReporting && state.replayed > 0) {
+    return (state.elapsed_s - state.report_began_s) / state.replayed * (state.replays - state.replayed);
+  }
   const double done = CalcDonePart(state);
   if (state.elapsed_s < 2.0 || done < 0.01) return std::nullopt;
   return state.elapsed_s * (1.0 - done) / done;
@@ -95,23 +164,38 @@ std::string FormatLoss(std::optional<double> loss, const std::string& unit) {
 }
 
 std::string FormatProgressBar(const ProgressState& state, int width, bool colour) {
-  constexpr int kLeastBar = 10, kLargestBar = 40;
+  constexpr int kFewestCells = 5, kUsualCells = 10, kMostCells = 40;
+  const std::string percent = FormatPercent(state);
+  const Activity activity = MakeActivity(state);
+  // First of all "[", the least bar, "]", the percentage and the shortest words.
+  const int fewest = std::clamp(width / 5, kFewestCells, kUsualCells);
+  int left = width - fewest - 2 - 1 - CountColumns(percent);
+  const auto take = [&left](const std::string& text) {
+    const int columns = text.empty() ? 0 : CountColumns(text) + 1;
+    if (columns > left) return false;
+    left -= columns;
+    return true;
+  };
+  std::string words = activity.words.back();
+  if (!take(words)) return width < CountColumns(percent) ? "" : percent;
+  // Then the first figure, longer words, and the other figures while they fit; what remains widens the bar.
   const std::vector<Figure> figures = MakeFigures(state);
-  // Space for "[", "]" and the least bar first; then figures while they fit; what remains widens the bar.
-  int left = std::max(20, width) - kLeastBar - 2;
-  std::size_t count = 0;
-  while (count < figures.size() && static_cast<int>(figures[count].text.size()) + 1 <= left) {
-    left -= static_cast<int>(figures[count].text.size()) + 1;
-    ++count;
+  std::size_t count = !figures.empty() && take(figures[0].text) ? 1 : 0;
+  const int given_back = words.empty() ? 0 : CountColumns(words) + 1;
+  left += given_back;
+  for (const std::string& longer : activity.words) {
+    words = longer;
+    if (take(longer)) break;
   }
-  const bool titled = static_cast<int>(state.title.size()) + 1 <= left;
-  if (titled) left -= static_cast<int>(state.title.size()) + 1;
-  const int cells = std::min(kLargestBar, kLeastBar + left);
+  while (count > 0 && count < figures.size() && take(figures[count].text)) ++count;
+  const bool titled = take(state.title);
+  const int cells = std::min(kMostCells, fewest + left);
   const auto full = static_cast<std::size_t>(CalcDonePart(state) * cells);
 
-  std::string line = titled ? state.title + " [" : "[";
+  std::string line = titled && !state.title.empty() ? state.title + " [" : "[";
   line += MakePaint(std::string(full, '#'), kCyan, colour && full > 0);
-  line += std::string(static_cast<std::size_t>(cells) - full, '.') + "]";
+  line += std::string(static_cast<std::size_t>(cells) - full, '.') + "] " + percent;
+  if (!words.empty()) line.append(1, ' ').append(MakePaint(words, kYellow, colour && activity.warning));
   for (std::size_t i = 0; i < count; ++i) {
     line.append(1, ' ').append(MakePaint(figures[i].text, kYellow, colour && figures[i].warning));
   }
@@ -119,10 +203,9 @@ std::string FormatProgressBar(const ProgressState& state, int width, bool colour
 }
 
 std::string FormatProgressLine(const ProgressState& state) {
-  std::string line = fmt::format("{} {}", FormatDuration(state.elapsed_s), state.title);
-  for (const Figure& figure : MakeFigures(state)) {
-    line += "  " + figure.text.substr(figure.text.find_first_not_of(' '));
-  }
+  std::string line = fmt::format("{} {}  {:.0f}%  {}", FormatDuration(state.elapsed_s), state.title,
+                                 std::floor(100.0 * CalcDonePart(state)), MakeActivity(state).words.front());
+  for (const Figure& figure : MakeFigures(state)) line += "  " + figure.text;
   return line;
 }
 

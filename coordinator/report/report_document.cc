@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <utility>
 #include <vector>
@@ -19,7 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kMostReplayed = 24;      // variations
+constexpr std::int64_t kMostReplayed = 24;     // variations
 constexpr std::size_t kMostBytes = 3'500'000;  // of all replays: a page stays below 5 MB
 
 Json ReadJson(const std::filesystem::path& path) { return Json::parse(ReadFile(path)); }
@@ -47,16 +48,15 @@ Json MakeTestJson(const ReportSource& source, const Json& evaluation) {
 // "replays", and what belongs to them: "bodies", "gravity", "fixed_poses".
 void AddReplays(const ReportSource& source, const std::function<void(int, int)>& progress, Json* page) {
   const std::vector<std::size_t> order = ChooseReplays(source, source.model->scene().success.has_value());
-  const std::size_t count = std::min(kMostReplayed, order.size());
-  const std::size_t tests = source.tests.size();
+  const int total = CountReplays(static_cast<std::int64_t>(order.size()));
   Json replays = Json::array();
   std::size_t bytes = 0;
-  for (std::size_t k = 0; k < count && bytes < kMostBytes; ++k) {
+  for (std::size_t k = 0; 2 * k < static_cast<std::size_t>(total) && bytes < kMostBytes; ++k) {
     for (Json& replay : MakeReplaysJson(source, source.tests, order[k], page)) {
       bytes += replay.dump().size();
       replays.push_back(std::move(replay));
     }
-    if (progress) progress(static_cast<int>(tests * (k + 1)), static_cast<int>(tests * count));
+    if (progress) progress(static_cast<int>(2 * (k + 1)), total);
   }
   (*page)["replays"] = std::move(replays);
 }
@@ -70,6 +70,11 @@ Json MakeRepeatJson(const ReportSource& source) {
 }
 
 }  // namespace
+
+int CountReplays(std::int64_t variations) {
+  // Of two tools each.
+  return 2 * static_cast<int>(std::clamp<std::int64_t>(variations, 0, kMostReplayed));
+}
 
 std::string MakeReportPage(const ReportSource& source, const std::function<void(int, int)>& progress) {
   Json data = MakeHeadJson(source, ReadJson(source.run->result_path()));

@@ -4,12 +4,16 @@
 // files. Replays are simulated here and stand beside the run's own answers, so that one sees that they are the same.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 
 #include "coordinator/report/report_source.h"
 
 namespace knap {
+
+// How many rollouts a page of so many test variations has, at most: fewer where it would be too large.
+int CountReplays(std::int64_t variations);
 
 // `progress`: called with the replays done and their number; may be empty. A replay says in "same_bits" whether its
 // loss and success are those of the run's own answer. Throws std::runtime_error where the run's files are not readable,

@@ -10,7 +10,7 @@ CountProgress::CountProgress(const std::string& scenario, const std::string& tit
                              ClusterSession* session)
     : session_(session), shown_(quiet, [this](const std::string& error) { dropped_ = error; }) {
   state_.title = title;
-  state_.phase = ProgressPhase::kTesting;
+  state_.phase = ProgressPhase::kCounting;
   state_.tests = rollouts;
   state_.workers_wanted = session->workers_wanted();
   status_.scenario = scenario;

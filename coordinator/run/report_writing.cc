@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "coordinator/progress/progress.h"
 #include "coordinator/report/comparison_document.h"
 #include "coordinator/report/report_document.h"
 #include "coordinator/run/answer_journal.h"
@@ -20,7 +19,6 @@
 #include "coordinator/run/usage_error.h"
 #include "coordinator/run_directory/durable_file.h"
 #include "coordinator/run_directory/journal.h"
-#include "lcmtypes/wire/clock.h"
 #include "lcmtypes/wire/content_id.h"
 #include "lcmtypes/wire/scenario_bundle.h"
 
@@ -126,7 +124,7 @@ void WriteComparison(const LoadedScenario& scenario, const RunDirectory& first, 
 }
 
 void WriteReport(const LoadedScenario& scenario, const RunDirectory& run, RolloutModel& model,
-                 const std::filesystem::path& path, StderrProgress* shown) {
+                 const std::filesystem::path& path, const std::function<void(int done, int total)>& progress) {
   const Scene& scene = scenario.parsed.scene;
   const Problem problem = MakeProblem(scene, scenario.files);
   ReportSource source = MakeReportSource(scenario, run, problem, model, scene.evaluation.variations);
@@ -135,17 +133,6 @@ void WriteReport(const LoadedScenario& scenario, const RunDirectory& run, Rollou
   const std::vector<double> learned = ReadLearnedTheta(run, problem.parameters.names.size());
   source.tests = {MakeReportedTest(source, task, "initial", problem.parameters.initial, answers),
                   MakeReportedTest(source, task, "learned", learned, answers)};
-  const SteadyClock clock;
-  const std::int64_t started_us = clock.now_us();
-  ProgressState state;
-  state.title = scene.name + " report";
-  state.phase = ProgressPhase::kTesting;
-  const auto progress = [&](int done, int total) {
-    state.elapsed_s = static_cast<double>(clock.now_us() - started_us) * 1e-6;
-    state.tested = state.rollouts = done;
-    state.tests = total;
-    shown->Update(state);
-  };
   WriteFileAtomically(path, MakeReportPage(source, progress));
 }
 

@@ -2,18 +2,18 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 
-#include "coordinator/progress/stderr_progress.h"
 #include "coordinator/run_directory/run_directory.h"
 #include "sim/rollout/rollout.h"
 #include "sim/scenarios/scenario_files.h"
 
 namespace knap {
 
-// `run` has ended: it has its result.json. `shown` tells how far it is. Throws as MakeReportPage does, and
+// `run` has ended: it has its result.json. `progress` as MakeReportPage calls it. Throws as MakeReportPage does, and
 // std::system_error where the disk refuses.
 void WriteReport(const LoadedScenario& scenario, const RunDirectory& run, RolloutModel& model,
-                 const std::filesystem::path& path, StderrProgress* shown);
+                 const std::filesystem::path& path, const std::function<void(int done, int total)>& progress);
 
 // Of a study that has ended, from its study.json and the files of its runs. Throws UsageError where it has not.
 void WriteStudyReport(const LoadedScenario& scenario, const RunDirectory& study, const std::filesystem::path& path);

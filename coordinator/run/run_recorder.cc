@@ -18,6 +18,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMostListed = 256;  // requests in one event
+constexpr double kUsualWorkers = 8.0;     // of a run that takes whoever comes
 
 // As it reads well in JSON, with microseconds.
 double RoundTime(double seconds) { return std::round(seconds * 1e6) / 1e6; }
@@ -47,6 +48,9 @@ RunRecorder::RunRecorder(const RunPlan& plan, const RunDirectory& run, ClusterSe
   state_.title = fmt::format("{} {}", plan_.scenario, plan_.method);
   state_.loss_unit = plan_.loss_unit;
   state_.tests = plan_.tests;
+  state_.replays = plan_.replays;
+  // One after the other in this process, and the others on all workers at a time.
+  state_.replay_cost = session_->workers_wanted() > 0 ? session_->workers_wanted() : kUsualWorkers;
   state_.workers_wanted = session_->workers_wanted();
   progress_.state = run_status_t::kWaiting;
   progress_.scenario = plan_.scenario;
@@ -146,10 +150,10 @@ void RunRecorder::OnBatchEnd(const BatchEnd& end) {
                             {"stop", GetName(end.stop)}});
 }
 
-void RunRecorder::OnValidationStart() { validates_ = true; }
+void RunRecorder::OnValidationStart() { state_.validating = true; }
 
 void RunRecorder::OnValidation(const BatchValidation& validation) {
-  validates_ = false;
+  state_.validating = false;
   metrics_.SetValidation(validation, plan_.has_success);
   const TestSummary& test = validation.test;
   RecordEvent("validation", {{"batch", validation.batch},
@@ -171,9 +175,24 @@ void RunRecorder::FinishTest() {
   state_.tested = plan_.tests;
   progress_.state = run_status_t::kDone;
   PublishProgress();
-  shown_.Finish(state_);
   session_->set_on_pump({});
   session_->Finish();
+  state_.report_began_s = elapsed_s();
+  ShowReplay(0, plan_.replays);
+}
+
+void RunRecorder::ShowReplay(int done, int total) {
+  state_.elapsed_s = elapsed_s();
+  state_.phase = ProgressPhase::kReporting;
+  state_.replayed = done;
+  state_.replays = total;
+  shown_.Update(state_);
+}
+
+void RunRecorder::ShowEnd() {
+  state_.elapsed_s = elapsed_s();
+  state_.phase = ProgressPhase::kDone;
+  shown_.Finish(state_);
 }
 
 void RunRecorder::Pump() {
@@ -186,7 +205,7 @@ void RunRecorder::RecordAnswer(const RolloutReport& report) {
   row.time_s = elapsed_s();
   row.id = FormatHex(report.id);
   row.kind = state_.phase == ProgressPhase::kTesting ? "test"
-             : validates_                            ? "validation"
+             : state_.validating                     ? "validation"
              : report.query->theta_reference.empty() ? "task"
                                                      : "distillation";
   row.variation = report.query->variation;
@@ -290,8 +309,9 @@ void RunRecorder::PublishProgress() {
   state_.retries = dispatcher.counters().reissued;
   shown_.Update(state_);
 
-  progress_.progress = progress_.state == run_status_t::kDone ? 1.0 : CalcDonePart(state_);
-  progress_.eta_s = CalcTimeLeft(state_).value_or(-1.0);
+  const bool done = progress_.state == run_status_t::kDone;
+  progress_.progress = done ? 1.0 : CalcDonePart(state_);
+  progress_.eta_s = done ? 0.0 : CalcTimeLeft(state_).value_or(-1.0);
   session_->dispatcher().SetProgress(progress_);
 }
 

@@ -26,6 +26,7 @@ struct RunPlan {
   std::vector<std::string> parameter_names;
   std::string loss_unit;  // FormatLossUnit
   int tests = 0;          // rollouts of the test that follows
+  int replays = 0;        // of the report behind it
   bool has_success = false;
 };
 
@@ -44,8 +45,12 @@ class RunRecorder : public LearningObserver {
   void OnValidation(const BatchValidation& validation) override;
 
   void BeginTest();
-  // Shows the end of the test, and finishes the session.
+  // Finishes the session.
   void FinishTest();
+  // So many of the report's rollouts are simulated.
+  void ShowReplay(int done, int total);
+  // Nothing follows but lines for people.
+  void ShowEnd();
 
   // A line of events.jsonl.
   void RecordEvent(const std::string& event, const nlohmann::ordered_json& details);
@@ -81,7 +86,6 @@ class RunRecorder : public LearningObserver {
   ProgressState state_;
   std::int64_t work_started_us_;
   std::int64_t test_begin_total_ = 0;
-  bool validates_ = false;
   RunProgress progress_;
   struct Trouble {
     double time_s = 0.0;

@@ -6,8 +6,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstdlib>
 #include <sstream>
+#include <string>
+#include <vector>
 
 namespace knap {
 namespace {
@@ -46,8 +49,31 @@ TEST(ProgressTest, DonePartCountsBatchesAndEvaluations) {
   state.tested = 100;
   state.rollouts += 100;
   EXPECT_DOUBLE_EQ(CalcDonePart(state), 912.0 / 1212.0);
-  // A test alone.
-  state.rollouts = state.tested;
+  // The report follows: 48 rollouts that take as long as two of the others each.
+  state.replays = 48;
+  state.replay_cost = 2.0;
+  EXPECT_DOUBLE_EQ(CalcDonePart(state), 912.0 / 1308.0);
+  state.tested = 400;
+  state.rollouts = 1212;
+  EXPECT_DOUBLE_EQ(CalcDonePart(state), 1212.0 / 1308.0);
+  state.phase = ProgressPhase::kReporting;
+  EXPECT_DOUBLE_EQ(CalcDonePart(state), 1212.0 / 1308.0);
+  state.replayed = 12;
+  EXPECT_DOUBLE_EQ(CalcDonePart(state), 1236.0 / 1308.0);
+  state.replayed = 48;
+  EXPECT_DOUBLE_EQ(CalcDonePart(state), 1.0);
+  state.phase = ProgressPhase::kDone;
+  EXPECT_DOUBLE_EQ(CalcDonePart(state), 1.0);
+  // A known number of rollouts alone, and a report alone.
+  state = ProgressState{};
+  state.phase = ProgressPhase::kCounting;
+  state.tests = 400;
+  state.tested = state.rollouts = 100;
+  EXPECT_DOUBLE_EQ(CalcDonePart(state), 0.25);
+  state = ProgressState{};
+  state.phase = ProgressPhase::kReporting;
+  state.replays = 48;
+  state.replayed = 12;
   EXPECT_DOUBLE_EQ(CalcDonePart(state), 0.25);
   EXPECT_EQ(CalcDonePart(ProgressState{}), 0.0);
 }
@@ -61,6 +87,13 @@ TEST(ProgressTest, TimeLeftExtrapolates) {
   state.tested = 100;
   state.rollouts = 912;
   EXPECT_DOUBLE_EQ(*CalcTimeLeft(state), 70.0 * 300.0 / 912.0);
+  // Replays tell best themselves how long they take.
+  state.phase = ProgressPhase::kReporting;
+  state.replays = 48;
+  state.replayed = 12;
+  state.report_began_s = 70.0;
+  state.elapsed_s = 74.0;
+  EXPECT_DOUBLE_EQ(*CalcTimeLeft(state), 4.0 / 12.0 * 36.0);
   state = MakeState();
   state.elapsed_s = 1.0;
   EXPECT_FALSE(CalcTimeLeft(state).has_value());
@@ -79,9 +112,11 @@ TEST(ProgressTest, DurationsAreReadable) {
 
 TEST(ProgressTest, LineShowsEverything) {
   EXPECT_EQ(FormatProgressLine(MakeState()),
-            "1:10 pushing ours  32%  ETA 2:25  batch 7/20  evaluation 10  loss 0.01235  best 0.011  workers 2/2  "
-            "rollouts 812  retries 0");
+            "1:10 pushing ours  32%  learning: batch 7 of 20  2:25 left  loss 0.01235  best 0.011  evaluation 10  "
+            "workers 2/2  812 rollouts");
   ProgressState state = MakeState();
+  state.retries = 3;
+  EXPECT_THAT(FormatProgressLine(state), HasSubstr("  812 rollouts  3 given again"));
   state.loss_unit = " mm²";
   EXPECT_THAT(FormatProgressLine(state), HasSubstr("  loss 0.01235 mm²  best 0.011 mm²  "));
   state.loss.reset();
@@ -89,22 +124,136 @@ TEST(ProgressTest, LineShowsEverything) {
   state.phase = ProgressPhase::kTesting;
   state.tests = 200;
   state.tested = 50;
-  EXPECT_THAT(FormatProgressLine(state), HasSubstr("tested 50/200"));
+  EXPECT_THAT(FormatProgressLine(state), HasSubstr("testing: rollout 50 of 200"));
   EXPECT_THAT(FormatProgressLine(state), Not(HasSubstr("batch")));
 }
 
-TEST(ProgressTest, BarFitsEveryWidthAndDropsTheLeastImportant) {
-  const ProgressState state = MakeState();
-  for (int width = 20; width <= 200; ++width) {
-    const std::string bar = FormatProgressBar(state, width, false);
-    EXPECT_LE(static_cast<int>(bar.size()), width);
-    EXPECT_THAT(bar, HasSubstr("32%"));
+TEST(ProgressTest, LineSaysInWordsWhatGoesOn) {
+  ProgressState state = MakeState();
+  const auto expect = [&state](const std::string& words) {
+    EXPECT_THAT(FormatProgressLine(state), HasSubstr("%  " + words + "  "));
+  };
+  state.workers_alive = 0;
+  expect("waiting for workers");
+  state.workers_alive = 2;
+  state.validating = true;
+  expect("validating batch 7 of 20");
+  EXPECT_THAT(FormatProgressLine(state), Not(HasSubstr("loss")));  // which is the batch's
+  state.batch = 0;
+  expect("validating the initial design");
+  state.validating = false;
+  expect("starting");
+  state.phase = ProgressPhase::kReporting;
+  state.workers_alive = 0;  // they have left, and are not missed
+  state.replays = 48;
+  state.replayed = 12;
+  expect("report: replay 12 of 48");
+  EXPECT_THAT(FormatProgressLine(state), Not(HasSubstr("workers")));
+  state.phase = ProgressPhase::kDone;
+  expect("done in 1:10");
+  EXPECT_THAT(FormatProgressLine(state), Not(HasSubstr("left")));
+  state = MakeState();
+  state.phase = ProgressPhase::kCounting;
+  state.tests = 200;
+  state.tested = 50;
+  expect("rollout 50 of 200");
+  state.phase = ProgressPhase::kStudying;
+  state.runs = 15;
+  state.runs_done = 3;
+  expect("3 of 15 runs done");
+}
+
+// Every state that a run goes through, from its first rollout to its end.
+std::vector<ProgressState> MakeWholeRun() {
+  std::vector<ProgressState> run;
+  ProgressState state = MakeState();
+  state.loss_unit = " mm²";
+  state.tests = 60;
+  state.replays = 48;
+  state.replay_cost = 2.0;
+  state.elapsed_s = 0.0;
+  state.rollouts = 0;
+  const auto add = [&](int rollouts) {
+    state.elapsed_s += 1.0;
+    state.rollouts += rollouts;
+    run.push_back(state);
+  };
+  state.workers_alive = 0;
+  state.batch = 0;
+  add(0);
+  state.workers_alive = 2;
+  for (state.batch = 0; state.batch <= state.batches; ++state.batch) {
+    state.evaluation = 0;
+    for (const int last = 4 * state.batch; state.batch > 0 && state.evaluation < std::min(last, 20);) {
+      add(5);
+      ++state.evaluation;
+      add(5);  // before the next batch, or after it has ended early
+    }
+    state.validating = true;
+    for (int i = 0; i < 4; ++i) add(10);
+    state.validating = false;
   }
+  --state.batch;
+  state.phase = ProgressPhase::kTesting;
+  for (state.tested = 0; state.tested < state.tests; ++state.tested) add(state.tested > 0 ? 1 : 0);
+  add(1);
+  state.phase = ProgressPhase::kReporting;
+  state.workers_alive = 0;
+  for (state.replayed = 0; state.replayed <= state.replays; ++state.replayed) add(0);
+  --state.replayed;
+  state.phase = ProgressPhase::kDone;
+  add(0);
+  return run;
+}
+
+int CountCharacters(const std::string& text) {
+  return static_cast<int>(std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xc0) != 0x80; }));
+}
+
+TEST(ProgressTest, AWholeRunIsOneBarThatNeverGoesBack) {
+  const std::vector<ProgressState> run = MakeWholeRun();
+  double before = 0.0;
+  for (const ProgressState& state : run) {
+    EXPECT_GE(CalcDonePart(state), before) << FormatProgressLine(state);
+    before = CalcDonePart(state);
+  }
+  EXPECT_EQ(before, 1.0);
+  EXPECT_LT(CalcDonePart(run[run.size() - 3]), 1.0);
+  std::string text;
+  ProgressReporter reporter([&text](std::string_view more) { text += more; },
+                            {.is_terminal = true, .colour = false, .width = 80});
+  for (std::size_t i = 0; i + 1 < run.size(); ++i) reporter.Update(run[i]);
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 0);
+  reporter.Finish(run.back());
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1);
+  EXPECT_THAT(text.substr(text.rfind('\r')), HasSubstr("] 100% done in "));
+}
+
+TEST(ProgressTest, BarFitsEveryWidthAndSaysWhatGoesOn) {
+  for (const ProgressState& state : MakeWholeRun()) {
+    for (const int width : {0, 3, 4, 18, 19, 20, 21, 25, 30, 39, 40, 60, 79, 80, 120, 200}) {
+      const std::string bar = FormatProgressBar(state, width, false);
+      ASSERT_LE(CountCharacters(bar), width) << bar;
+      const std::size_t percent = bar.find('%');
+      if (width >= 4) ASSERT_NE(percent, std::string::npos);
+      if (width < 19) continue;
+      ASSERT_THAT(bar, HasSubstr("["));
+      ASSERT_TRUE(percent + 2 < bar.size() && std::islower(bar[percent + 2])) << bar;
+    }
+  }
+}
+
+TEST(ProgressTest, BarDropsTheLeastImportant) {
+  ProgressState state = MakeState();
+  state.loss_unit = " mm²";
+  state.retries = 3;
   EXPECT_EQ(FormatProgressBar(state, 200, false),
-            "pushing ours [#############...........................]  32% ETA 2:25 batch 7/20 evaluation 10 "
-            "loss 0.01235 best 0.011 workers 2/2 rollouts 812 retries 0");
-  EXPECT_THAT(FormatProgressBar(state, 60, false), HasSubstr("ETA 2:25 batch 7/20"));
-  EXPECT_THAT(FormatProgressBar(state, 60, false), Not(HasSubstr("retries")));
+            "pushing ours [#############...........................]  32% learning: batch 7 of 20 2:25 left "
+            "loss 0.01235 mm² best 0.011 mm² evaluation 10 workers 2/2 812 rollouts 3 given again");
+  EXPECT_EQ(FormatProgressBar(state, 79, false),
+            "[######...............]  32% learning: batch 7 of 20 2:25 left loss 0.01235 mm²");
+  EXPECT_EQ(FormatProgressBar(state, 39, false), "[###........]  32% batch 7/20 2:25 left");
+  EXPECT_EQ(FormatProgressBar(state, 19, false), "[#....]  32% learns");
 }
 
 TEST(ProgressTest, ColourChangesNothingButEscapes) {
@@ -115,7 +264,7 @@ TEST(ProgressTest, ColourChangesNothingButEscapes) {
   std::string coloured = FormatProgressBar(state, 200, true);
   EXPECT_THAT(plain, Not(HasSubstr("\x1b")));
   EXPECT_THAT(coloured, HasSubstr("\x1b[33mworkers 1/2\x1b[0m"));
-  EXPECT_THAT(coloured, HasSubstr("\x1b[33mretries 3\x1b[0m"));
+  EXPECT_THAT(coloured, HasSubstr("\x1b[33m3 given again\x1b[0m"));
   for (std::size_t at = coloured.find('\x1b'); at != std::string::npos; at = coloured.find('\x1b')) {
     coloured.erase(at, coloured.find('m', at) + 1 - at);
   }
@@ -138,7 +287,7 @@ TEST(ProgressTest, PlainLinesAreRareButMarkBatches) {
   EXPECT_GE(lines, 60 / 5);
   EXPECT_LE(lines, 60 / 5 + 9 + 2);
   EXPECT_GT(calls, 1000);
-  for (int batch = 1; batch <= 9; ++batch) EXPECT_THAT(text, HasSubstr("batch " + std::to_string(batch) + "/20"));
+  for (int batch = 1; batch <= 9; ++batch) EXPECT_THAT(text, HasSubstr("batch " + std::to_string(batch) + " of 20"));
   EXPECT_THAT(text, Not(HasSubstr("\x1b")));
   EXPECT_THAT(text, Not(HasSubstr("\r")));
 }
@@ -179,7 +328,7 @@ TEST(ProgressTest, ANewPhaseIsShownAtOnce) {
   state.phase = ProgressPhase::kTesting;
   state.tests = 400;
   reporter.Update(state);
-  EXPECT_THAT(text, HasSubstr("tested 0/400"));
+  EXPECT_THAT(text, HasSubstr("testing: rollout 0 of 400"));
 }
 
 // On a real pseudo-terminal: what isatty and the environment say decides.
