@@ -34,3 +34,5 @@ target_link_libraries(knap_dep_urdf INTERFACE PkgConfig::URDF)
 pkg_check_modules(SODIUM REQUIRED IMPORTED_TARGET libsodium)
 add_library(knap_dep_sodium INTERFACE)
 target_link_libraries(knap_dep_sodium INTERFACE PkgConfig::SODIUM)
+
+pkg_check_modules(HTTPLIB REQUIRED IMPORTED_TARGET cpp-httplib)

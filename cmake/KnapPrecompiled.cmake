@@ -36,6 +36,9 @@ set(knap_common_headers
   <algorithm> <array> <chrono> <cmath> <filesystem> <fstream> <functional> <map> <memory> <mutex> <optional> <set>
   <span> <sstream> <stdexcept> <string> <thread> <unordered_map> <utility> <vector> <Eigen/Dense> <fmt/format.h>)
 knap_precompile(common HEADERS ${knap_common_headers} DEPS Eigen3::Eigen)
-# For what talks to the user or writes documents.
+# For what reads and writes documents.
+knap_precompile(documents LIGHT HEADERS ${knap_common_headers} <nlohmann/json.hpp>
+  DEPS Eigen3::Eigen nlohmann_json::nlohmann_json)
+# For what talks to the user. CLI11's functions are compiled anew by everyone, which takes five seconds.
 knap_precompile(commands LIGHT HEADERS ${knap_common_headers} <CLI/CLI.hpp> <nlohmann/json.hpp>
   DEPS Eigen3::Eigen CLI11::CLI11 nlohmann_json::nlohmann_json)

@@ -12,7 +12,7 @@ knap_packages=(
   liblcm-dev liblcm-bin liblcm-java libglib2.0-dev default-jdk-headless
   libeigen3-dev libnlopt-dev libnlopt-cxx-dev libassimp-dev libbullet-dev libbullet-extras-dev libqhull-dev
   liburdfdom-dev
-  libyaml-cpp-dev libcli11-dev libspdlog-dev libfmt-dev nlohmann-json3-dev libsodium-dev
+  libyaml-cpp-dev libcli11-dev libspdlog-dev libfmt-dev nlohmann-json3-dev libsodium-dev libcpp-httplib-dev
   libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev
 )
 # Independent programs that tests compare with: an engine, of which Ubuntu has no package, and a reader of robots.

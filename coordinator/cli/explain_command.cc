@@ -78,7 +78,7 @@ std::string ChooseRequest(const ExplainedRun& run, const std::string& path, cons
                                fmt::join(shown, ", "), shown.size() < found.size() ? ", …" : ""));
 }
 
-RunNames ReadNames(const RunDirectory& run, const RunHistory& history) {
+RunNames ReadNames(const RunDirectory& run, const RunRecord& record) {
   const LoadedScenario scenario = LoadScenario(run.config_path());
   if (!scenario.parsed.ok()) {
     const std::string errors = scenario.parsed.FormatErrors();
@@ -86,7 +86,7 @@ RunNames ReadNames(const RunDirectory& run, const RunHistory& history) {
   }
   Scene scene = scenario.parsed.scene;
   RunNames names;
-  names.engine = history.engine.empty() ? "knap" : history.engine;
+  names.engine = record.engine.empty() ? "knap" : record.engine;
   names.scenario = CalcScenarioId(EncodeBundle(ListTaskFiles(scenario)));
   names.problem = MakeProblem(scene, scenario.files);
   names.learning = MakeLearningOptions(scene);
@@ -109,7 +109,7 @@ std::string DescribeEnd(const RecordedLife& life, const std::string& path) {
 
 // What the run's latest life says on the bus, unless its files say that it has ended.
 void Listen(const ExplainArguments& arguments, const RunDirectory& folder, ExplainedRun* run) try {
-  const std::vector<RecordedLife>& recorded = run->history.lives;
+  const std::vector<RecordedLife>& recorded = run->record.lives;
   if (!recorded.empty() && !recorded.back().end.empty()) {
     run->silence = DescribeEnd(recorded.back(), run->path);
     return;
@@ -137,9 +137,9 @@ int RunExplain(const ExplainArguments& arguments) {
   const RunDirectory folder = OpenRecorded(arguments.run);
   ExplainedRun run;
   run.path = QuoteForShell(arguments.run);
-  run.history = ReadHistory(folder);
+  run.record = ReadRunRecord(folder);
   try {
-    run.names = ReadNames(folder, run.history);
+    run.names = ReadNames(folder, run.record);
   } catch (const std::exception& e) {
     run.nameless = e.what();
   }

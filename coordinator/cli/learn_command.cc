@@ -13,8 +13,10 @@
 
 #include "coordinator/cli/cluster_flags.h"
 #include "coordinator/cli/exit_codes.h"
+#include "coordinator/cli/listen_flag.h"
 #include "coordinator/learning/evaluation.h"
 #include "coordinator/report/report_document.h"
+#include "coordinator/run/live_watch.h"
 #include "coordinator/run/loaded_run.h"
 #include "coordinator/run/loss_unit.h"
 #include "coordinator/run/prepared_scenario.h"
@@ -37,9 +39,9 @@ struct LearnArguments {
   std::string config;
   std::vector<std::string> overrides;
   ClusterOptions cluster;
-  std::string out, resume, from, method;
+  std::string out, resume, from, method, listen;
   std::optional<std::int64_t> seed;
-  bool dry_run = false, json = false, quiet = false;
+  bool watch = false, dry_run = false, json = false, quiet = false;
 };
 
 // What the scenario is to start at, as an override.
@@ -196,6 +198,16 @@ bool TryWriteReport(const PreparedScenario& prepared, const RunDirectory& run, R
   return false;
 }
 
+// The run does without what cannot be served.
+void TryWatch(const ListenAddress& listen, const PreparedScenario& prepared, const RunDirectory& run,
+              const ClusterSession& session, RunRecorder* recorder, std::optional<LiveWatch>* watch) try {
+  watch->emplace(listen, prepared.scenario, run, session.lcm_url(), session.key_file());
+  recorder->Say(fmt::format("watch   {}\n", (*watch)->url()));
+} catch (const std::exception& e) {
+  recorder->TryRecordEvent("no_watch", {{"error", CleanText(e.what())}});
+  recorder->Say(fmt::format("no page to watch: {}\n", CleanText(e.what())));
+}
+
 int RunLearn(LearnArguments arguments) {
   // Behind --from a config may be left out; the first override then stands in its place.
   if (!arguments.from.empty() && arguments.config.find('=') != std::string::npos && !fs::exists(arguments.config)) {
@@ -211,6 +223,7 @@ int RunLearn(LearnArguments arguments) {
       (!arguments.overrides.empty() || !arguments.method.empty() || arguments.seed || !arguments.out.empty())) {
     throw UsageError("knap learn: --resume continues a run as it is: without a.b=c, --method, --seed and --out");
   }
+  const ListenAddress listen = ReadListenFlag(arguments.listen);
   const PreparedScenario prepared = Prepare(arguments);
   if (arguments.dry_run) {
     PrintPlan(prepared, arguments.cluster);
@@ -233,6 +246,8 @@ int RunLearn(LearnArguments arguments) {
                      CountReplays(CountTests(prepared)),
                      prepared.scenario.parsed.scene.success.has_value()};
   RunRecorder recorder(plan, run, &session, &service, arguments.quiet);
+  std::optional<LiveWatch> watch;
+  if (arguments.watch) TryWatch(listen, prepared, run, session, &recorder, &watch);
   ResultDocument document;
   try {
     document = LearnAndTest(prepared, service, recorder);
@@ -251,6 +266,7 @@ int RunLearn(LearnArguments arguments) {
   recorder.TryRecordEvent("done", {{"wall_s", document.wall_s}});
   recorder.Say(FormatSummary(prepared.scenario.parsed.scene, document, run, arguments.from, has_report));
   if (arguments.json) WriteOutput(fmt::format("{}\n", MakeJsonText(MakeResultJson(document), 2)));
+  if (watch && has_report) watch->HandOver(run.report_path());
   return kExitDone;
 }
 
@@ -269,6 +285,8 @@ void AddLearnCommand(CLI::App* app, std::function<int()>* command) {
   learn->add_option("--resume", arguments->resume, "continue the run in this directory")->excludes(out);
   learn->add_option("--method", arguments->method, "ours, simple_continual or diffhand (default: the scenario's)");
   learn->add_option("--seed", arguments->seed, "of everything random (default: the scenario's)");
+  CLI::Option* watch = learn->add_flag("--watch", arguments->watch, "serve a page on which one sees the run go on");
+  AddListenFlag(learn, &arguments->listen)->needs(watch);
   learn->add_flag("--dry-run", arguments->dry_run, "check everything, print the plan and stop");
   learn->add_flag("--json", arguments->json, "print result.json on stdout");
   learn->add_flag("--quiet", arguments->quiet, "no progress and no summary");

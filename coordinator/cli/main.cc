@@ -21,6 +21,7 @@
 #include "coordinator/cli/train_policy_command.h"
 #include "coordinator/cli/validate_command.h"
 #include "coordinator/cli/verify_log_command.h"
+#include "coordinator/cli/watch_command.h"
 #include "coordinator/run/loaded_run.h"
 #include "lcmtypes/program/command_line.h"
 #include "lcmtypes/program/standard_streams.h"
@@ -49,6 +50,7 @@ int main(int argc, char** argv) {
   knap::AddTraceCommand(&app, &command);
   knap::AddValidateCommand(&app, &command);
   knap::AddStatusCommand(&app, &command);
+  knap::AddWatchCommand(&app, &command);
   knap::AddVerifyLogCommand(&app, &command);
   try {
     app.parse(argc, argv);

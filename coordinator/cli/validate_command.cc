@@ -20,8 +20,10 @@
 #include "lcmtypes/wire/text.h"
 #include "sim/geometry/mesh_io.h"
 #include "sim/geometry/mesh_refinement.h"
+#include "sim/rollout/built_scene.h"
 #include "sim/rollout/design_corners.h"
 #include "sim/rollout/rollout.h"
+#include "sim/rollout/scene_design.h"
 #include "sim/scenarios/check_rules.h"
 #include "sim/scenarios/describe_scene.h"
 
@@ -119,7 +121,7 @@ int RunValidate(const ValidateFlags& flags) {
   try {
     const RolloutModel model(scenario.files);
     if (HasParameters(scene)) MakeLearningOptions(scene);
-    ListPieces(flags.config, scene, model.meshes());
+    ListPieces(flags.config, scene, model.source().meshes());
     if (model.design()) WarnOfFoldedCorners(flags.config, scene, *model.design());
     if (model.design()) ListMeasures(scene, scenario.files, *model.design());
   } catch (const std::system_error&) {

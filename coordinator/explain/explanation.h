@@ -7,13 +7,13 @@
 
 #include "coordinator/explain/live_run.h"
 #include "coordinator/explain/request_origin.h"
-#include "coordinator/explain/run_history.h"
+#include "coordinator/explain/run_record.h"
 
 namespace knap {
 
 struct ExplainedRun {
   std::string path;  // as the user named it
-  RunHistory history;
+  RunRecord record;
   std::optional<RunNames> names;  // none: the scenario cannot be read
   std::string nameless;           // and why not, one line
   std::optional<LiveRun> live;    // none: it has ended, or is not heard

@@ -31,14 +31,14 @@ void AddSetback(const RequestSetback& setback, std::map<std::pair<std::size_t, i
 
 }  // namespace
 
-std::vector<RequestAttempt> ListAttempts(const RunHistory& history, const std::string& id) {
+std::vector<RequestAttempt> ListAttempts(const RunRecord& record, const std::string& id) {
   std::map<std::pair<std::size_t, int>, RequestAttempt> attempts;
-  for (const RequestSetback& setback : history.setbacks) {
+  for (const RequestSetback& setback : record.setbacks) {
     if (AreSame(setback.id, id)) AddSetback(setback, &attempts);
   }
-  for (const RolloutRow& answer : history.answers) {
+  for (const RolloutRow& answer : record.answers) {
     if (!AreSame(answer.id, id)) continue;
-    RequestAttempt& attempt = attempts[{history.FindLife(answer.time_s), answer.attempt}];
+    RequestAttempt& attempt = attempts[{record.FindLife(answer.time_s), answer.attempt}];
     attempt.answer = &answer;
     attempt.worker = answer.worker;
     if (answer.held_s >= 0.0) attempt.given_s = answer.time_s - answer.held_s;

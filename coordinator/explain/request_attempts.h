@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "coordinator/explain/run_history.h"
+#include "coordinator/explain/run_record.h"
 
 namespace knap {
 
@@ -24,8 +24,8 @@ struct RequestAttempt {
 
 // In order of life and number. What is not on record, an attempt between recorded ones, was in a run that tells why a
 // move: taken from the queue of a worker before that began with it, for one that had nothing to do. Points into
-// `history`.
-std::vector<RequestAttempt> ListAttempts(const RunHistory& history, const std::string& id);
+// `record`.
+std::vector<RequestAttempt> ListAttempts(const RunRecord& record, const std::string& id);
 
 // Whether the attempt was such a move, or in a run that does not tell why may have been.
 bool IsUnrecorded(const RequestAttempt& attempt);

@@ -18,10 +18,10 @@ constexpr std::size_t kMostParameters = 40;
 constexpr std::size_t kShort = 12;  // digits of an id, enough for knap rollout --request
 
 // The last answer to the request, which counts; null when there is none.
-const RolloutRow* FindAnswer(const RunHistory& history, const std::string& id) {
-  const auto found = std::find_if(history.answers.rbegin(), history.answers.rend(),
+const RolloutRow* FindAnswer(const RunRecord& record, const std::string& id) {
+  const auto found = std::find_if(record.answers.rbegin(), record.answers.rend(),
                                   [&](const RolloutRow& answer) { return answer.id.starts_with(id); });
-  return found == history.answers.rend() ? nullptr : &*found;
+  return found == record.answers.rend() ? nullptr : &*found;
 }
 
 // Lengths in millimetres, as knap prints them everywhere.
@@ -95,7 +95,7 @@ std::string DescribeSlower(const std::vector<RequestAttempt>& attempts, std::siz
 
 void AddAttempts(const ExplainedRun& run, const std::vector<RequestAttempt>& attempts, bool is_open,
                  Explanation* text) {
-  const std::vector<RecordedLife>& lives = run.history.lives;
+  const std::vector<RecordedLife>& lives = run.record.lives;
   std::size_t life = 0;
   for (const RequestAttempt& attempt : attempts) {
     if (attempt.life != life) {
@@ -107,7 +107,7 @@ void AddAttempts(const ExplainedRun& run, const std::vector<RequestAttempt>& att
     std::vector<std::string> parts;
     const bool is_last = &attempt == &attempts.back();
     if (IsUnrecorded(attempt) && !(is_last && is_open)) {
-      text->Add(about, run.history.tells_why
+      text->Add(about, run.record.tells_why
                            ? "taken from the queue of a worker that had not begun with it, for one with nothing to do"
                            : "not on record: its worker was lost, or had not begun with it when another was free");
       continue;
@@ -178,7 +178,7 @@ void AddPresent(const ExplainedRun& run, const std::string& id, Explanation* tex
 
 void AddRepetition(const ExplainedRun& run, const std::string& id, const RolloutRow* answer,
                    const std::optional<RequestOrigin>& origin, Explanation* text) {
-  const std::string engine = run.names ? run.names->engine : run.history.engine;
+  const std::string engine = run.names ? run.names->engine : run.record.engine;
   if (!engine.empty() && engine != "knap") {
     text->Add("again", fmt::format("by a worker of the engine {} alone", engine));
     return;
@@ -196,7 +196,7 @@ void AddRepetition(const ExplainedRun& run, const std::string& id, const Rollout
 
 std::vector<std::string> FindRequests(const ExplainedRun& run, const std::string& digits) {
   std::set<std::string> whole;
-  for (const RolloutRow& answer : run.history.answers) {
+  for (const RolloutRow& answer : run.record.answers) {
     if (answer.id.starts_with(digits)) whole.insert(answer.id);
   }
   if (run.live) {
@@ -207,7 +207,7 @@ std::vector<std::string> FindRequests(const ExplainedRun& run, const std::string
     }
   }
   std::set<std::string> found = whole;
-  for (const RequestSetback& setback : run.history.setbacks) {
+  for (const RequestSetback& setback : run.record.setbacks) {
     const std::string& id = setback.id;
     if (!id.starts_with(digits) && !digits.starts_with(id)) continue;
     const auto next = whole.lower_bound(id);
@@ -219,7 +219,7 @@ std::vector<std::string> FindRequests(const ExplainedRun& run, const std::string
 std::string ExplainRequest(const ExplainedRun& run, const std::string& id) {
   Explanation text;
   text.Add("request", id);
-  const RolloutRow* answer = FindAnswer(run.history, id);
+  const RolloutRow* answer = FindAnswer(run.record, id);
   std::optional<RequestOrigin> origin;
   if (answer != nullptr) {
     if (run.names) origin = FindOrigin(*answer, *run.names);
@@ -229,11 +229,11 @@ std::string ExplainRequest(const ExplainedRun& run, const std::string& id) {
     AddVariation(run, *answer, &text);
     AddTheta(run, origin, &text);
     if (answer->waited_s >= 0.0) text.Add("asked", "at " + FormatInstant(answer->time_s - answer->waited_s));
-    AddAttempts(run, ListAttempts(run.history, id), false, &text);
+    AddAttempts(run, ListAttempts(run.record, id), false, &text);
     AddAnswer(run, *answer, has_gradient, &text);
   } else {
     text.Add("kind", "not on record before it is answered; the command below finds out");
-    AddAttempts(run, ListAttempts(run.history, id), run.live.has_value(), &text);
+    AddAttempts(run, ListAttempts(run.record, id), run.live.has_value(), &text);
     text.Add("answer", "none");
     AddPresent(run, id, &text);
   }

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "coordinator/explain/run_history.h"
+#include "coordinator/explain/run_record.h"
 #include "coordinator/learning/learning_options.h"
 #include "coordinator/learning/problem.h"
 #include "lcmtypes/wire/content_id.h"
@@ -16,7 +16,7 @@
 
 namespace knap {
 
-// What a run's scenario and its other files add to its history.
+// What a run's scenario and its other files add to its record.
 struct RunNames {
   std::string engine;
   ContentId scenario{};

@@ -21,22 +21,22 @@ std::string CountThings(std::size_t count, const std::string& what) {
   return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
 
-void AddLives(const RunHistory& history, Explanation* text) {
-  for (const RecordedLife& life : history.lives) {
+void AddLives(const RunRecord& record, Explanation* text) {
+  for (const RecordedLife& life : record.lives) {
     std::string line = fmt::format("{} to {}, {}", FormatDuration(life.begin_s), FormatDuration(life.end_s),
                                    life.end.empty() ? "no end on record" : life.end);
     if (!life.error.empty()) line += ": " + life.error;
     if (life.answers_from_journal > 0) {
       line += fmt::format("; went on with {} answers of the journal", life.answers_from_journal);
     }
-    text->Add(history.lives.size() > 1 ? "lives" : "life", line);
+    text->Add(record.lives.size() > 1 ? "lives" : "life", line);
   }
 }
 
-void AddCounts(const RunHistory& history, Explanation* text) {
+void AddCounts(const RunRecord& record, Explanation* text) {
   std::map<std::string, std::size_t> kinds;
   std::set<std::string> ids;
-  for (const RolloutRow& answer : history.answers) {
+  for (const RolloutRow& answer : record.answers) {
     ++kinds[answer.kind];
     ids.insert(answer.id);
   }
@@ -49,8 +49,8 @@ void AddCounts(const RunHistory& history, Explanation* text) {
   };
   for (const char* kind : {"task", "distillation", "validation", "test"}) add(kind);
   while (!kinds.empty()) add(std::string(kinds.begin()->first));
-  text->Add("requests", fmt::format("{} answered{}", history.answers.size(), by_kind));
-  if (const std::size_t twice = history.answers.size() - ids.size(); twice > 0) {
+  text->Add("requests", fmt::format("{} answered{}", record.answers.size(), by_kind));
+  if (const std::size_t twice = record.answers.size() - ids.size(); twice > 0) {
     text->Add(
         "",
         fmt::format("{} of them a second time: the first answer was not yet in the journal when the run ended", twice));
@@ -58,17 +58,17 @@ void AddCounts(const RunHistory& history, Explanation* text) {
 }
 
 // Attempts between those on record: each was taken from a worker's queue for one that had nothing to do.
-std::size_t CountMoves(const RunHistory& history) {
+std::size_t CountMoves(const RunRecord& record) {
   std::map<std::pair<std::string, std::size_t>, std::set<int>> recorded;  // by id and life
-  for (const RequestSetback& setback : history.setbacks) {
+  for (const RequestSetback& setback : record.setbacks) {
     std::set<int>& attempts = recorded[{setback.id.substr(0, kShort), setback.life}];
     if (setback.why != "message_lost") attempts.insert(setback.attempt);
     if (setback.copy_attempt > 0) attempts.insert(setback.copy_attempt);
   }
   std::size_t moves = 0;
-  for (const RolloutRow& answer : history.answers) {
+  for (const RolloutRow& answer : record.answers) {
     if (answer.attempt <= 1) continue;
-    const auto found = recorded.find({answer.id.substr(0, kShort), history.FindLife(answer.time_s)});
+    const auto found = recorded.find({answer.id.substr(0, kShort), record.FindLife(answer.time_s)});
     for (int number = 1; number < answer.attempt; ++number) {
       moves += found == recorded.end() || found->second.count(number) == 0 ? 1 : 0;
     }
@@ -76,65 +76,64 @@ std::size_t CountMoves(const RunHistory& history) {
   return moves;
 }
 
-void AddSentAgain(const RunHistory& history, Explanation* text) {
-  if (!history.tells_why) {
-    if (history.reissued + history.copied > 0) {
+void AddSentAgain(const RunRecord& record, Explanation* text) {
+  if (!record.tells_why) {
+    if (record.reissued + record.copied > 0) {
       text->Add("again",
                 fmt::format("{} given to another worker, {} second copies of stragglers; an earlier version of "
                             "knap did not write down which, and why",
-                            history.reissued, history.copied));
+                            record.reissued, record.copied));
     } else {
       text->Add("again", "none");
     }
     return;
   }
   std::map<std::string, std::pair<std::size_t, std::string>> counts;  // by why: how many, and the first
-  for (const RequestSetback& setback : history.setbacks) {
+  for (const RequestSetback& setback : record.setbacks) {
     const auto [entry, is_new] = counts.try_emplace(setback.why, 0, setback.id);
     ++entry->second.first;
   }
   // Lists in events end somewhere; of copies there is a count.
   if (const auto copies = counts.find("straggler"); copies != counts.end()) {
-    copies->second.first = std::max(copies->second.first, static_cast<std::size_t>(history.copied));
+    copies->second.first = std::max(copies->second.first, static_cast<std::size_t>(record.copied));
   }
   std::vector<std::string> lines;
   for (const auto& [why, entry] : counts) {
     lines.push_back(fmt::format("{:>5}  {} ({}{})", entry.first, DescribeWhy(why),
                                 entry.first == 1 ? "" : "the first: ", entry.second));
   }
-  if (const std::size_t moves = CountMoves(history); moves > 0) {
+  if (const std::size_t moves = CountMoves(record); moves > 0) {
     lines.push_back(fmt::format("{:>5}  moved from a worker's queue to a worker that had nothing to do", moves));
   }
   if (lines.empty()) lines.emplace_back("none");
   for (const std::string& line : lines) text->Add("again", line);
 }
 
-void AddWorkers(const RunHistory& history, Explanation* text) {
+void AddWorkers(const RunRecord& record, Explanation* text) {
   std::size_t shown = 0;
-  for (const GoneWorker& gone : history.gone) {
+  for (const GoneWorker& gone : record.gone) {
     if (++shown > kMostWorkers) continue;
-    const std::string life =
-        history.lives.size() > 1 ? fmt::format(" (life {})", 1 + history.FindLife(gone.time_s)) : "";
+    const std::string life = record.lives.size() > 1 ? fmt::format(" (life {})", 1 + record.FindLife(gone.time_s)) : "";
     text->Add("workers", fmt::format("{}{}  {} on {}: {}, with {}", FormatInstant(gone.time_s), life, gone.worker,
                                      gone.host, DescribeGone(gone.why),
                                      gone.held == 0 ? "nothing to do" : CountThings(gone.held, "request")));
   }
   if (shown > kMostWorkers) text->Add("workers", fmt::format("and {} more", shown - kMostWorkers));
-  for (const auto& [time_s, line] : history.remarks) {
+  for (const auto& [time_s, line] : record.remarks) {
     if (++shown > 2 * kMostWorkers) break;
     text->Add("workers", fmt::format("{}  {}", FormatInstant(time_s), line));
   }
   if (shown > 0) return;
-  text->Add("workers", history.workers_lost == 0
+  text->Add("workers", record.workers_lost == 0
                            ? "none was lost"
                            : fmt::format("{} lost; which, and when, an earlier version of knap did "
                                          "not write down",
-                                         history.workers_lost));
+                                         record.workers_lost));
 }
 
-void AddSlowest(const RunHistory& history, Explanation* text) {
+void AddSlowest(const RunRecord& record, Explanation* text) {
   std::vector<const RolloutRow*> rows;
-  for (const RolloutRow& answer : history.answers) {
+  for (const RolloutRow& answer : record.answers) {
     if (CalcComputing(answer) >= 0.0) rows.push_back(&answer);
   }
   if (rows.empty()) return;
@@ -176,15 +175,15 @@ void AddPresent(const ExplainedRun& run, Explanation* text) {
 }  // namespace
 
 std::string ExplainRun(const ExplainedRun& run) {
-  const RunHistory& history = run.history;
+  const RunRecord& record = run.record;
   Explanation text;
-  text.Add("run", fmt::format("{}: {}, {}, seed {}, begun {} on {}", run.path, history.scenario, history.method,
-                              history.seed, history.started, history.host));
-  AddLives(history, &text);
-  AddCounts(history, &text);
-  AddSentAgain(history, &text);
-  AddWorkers(history, &text);
-  AddSlowest(history, &text);
+  text.Add("run", fmt::format("{}: {}, {}, seed {}, begun {} on {}", run.path, record.scenario, record.method,
+                              record.seed, record.started, record.host));
+  AddLives(record, &text);
+  AddCounts(record, &text);
+  AddSentAgain(record, &text);
+  AddWorkers(record, &text);
+  AddSlowest(record, &text);
   AddPresent(run, &text);
   text.Add("one alone", fmt::format("knap explain {} ID", run.path));
   return text.Take();

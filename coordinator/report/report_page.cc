@@ -14,17 +14,23 @@ void Replace(const std::string& mark, const std::string& text, std::string* page
   page->replace(at, mark.size(), text);
 }
 
-}  // namespace
-
-std::string MakePage(const nlohmann::ordered_json& data) {
+// `may_fetch`: what its policy allows beside its own text.
+std::string MakePageThat(const std::string& may_fetch, const nlohmann::ordered_json& data) {
   std::string text = MakeJsonText(data, -1);
   // In a script element an end tag, or the beginning of a comment, would be taken for markup.
   for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos;) text.replace(at, 1, "\\u003c");
   std::string page = GetPageHtml();
+  Replace("<!--knap:fetch-->", may_fetch, &page);
   Replace("<!--knap:style-->", "<style>\n" + GetPageStyle() + "</style>", &page);
   Replace("<!--knap:data-->", "<script type=\"application/json\" id=\"data\">" + text + "</script>", &page);
   Replace("<!--knap:script-->", "<script>\n" + GetPageScript() + "</script>", &page);
   return page;
 }
+
+}  // namespace
+
+std::string MakePage(const nlohmann::ordered_json& data) { return MakePageThat("", data); }
+
+std::string MakeLivePage(const nlohmann::ordered_json& data) { return MakePageThat("connect-src 'self'; ", data); }
 
 }  // namespace knap

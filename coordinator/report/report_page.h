@@ -9,4 +9,7 @@ namespace knap {
 // `data` as page/README.md lists it.
 std::string MakePage(const nlohmann::ordered_json& data);
 
+// The same page, which asks where it came from for news.
+std::string MakeLivePage(const nlohmann::ordered_json& data);
+
 }  // namespace knap

@@ -11,6 +11,8 @@
 #include "sim/contact/contact_mesh.h"
 #include "sim/math/overloaded.h"
 #include "sim/rollout/build_body.h"
+#include "sim/rollout/built_scene.h"
+#include "sim/rollout/scene_design.h"
 
 namespace knap {
 namespace {
@@ -102,7 +104,7 @@ Json MakeShapesJson(const RolloutModel& model, const Body& body, const VectorXd&
   for (std::size_t i = 0; i < body.shapes.size(); ++i) {
     if (std::holds_alternative<DesignedMeshShape>(body.shapes[i].kind)) {
       list.push_back(MakeMeshJson(*model.design()->Find(body.name), *model.design(), learned));
-    } else if (const auto mesh = model.meshes().find({body.name, i}); mesh != model.meshes().end()) {
+    } else if (const auto mesh = model.source().meshes().find({body.name, i}); mesh != model.source().meshes().end()) {
       for (const MeshGeometry& piece : mesh->second.pieces) list.push_back(MakeMeshJson(*piece.mesh));
     } else {
       list.push_back(MakeShapeJson(body.shapes[i]));

@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "coordinator/report/run_history_json.h"
+#include "coordinator/report/run_history.h"
 #include "coordinator/run_directory/durable_file.h"
 #include "coordinator/run_directory/json_text.h"
 #include "sim/scenarios/csv_text.h"
@@ -40,9 +40,11 @@ Json TakeDetails(Json event) {
 }
 
 void AddCoordinator(const RunDirectory& run, Json* events) {
+  RunHistory history(run);
+  history.Read();
   events->push_back(MakeName(kCoordinator, "coordinator"));
   std::map<std::int64_t, double> began;  // by batch
-  for (const Json& event : ReadEvents(run)) {
+  for (const Json& event : history.events()) {
     const std::string name = event.value("event", "");
     const double time_s = event.value("time_s", 0.0);
     const std::int64_t batch = event.value("batch", std::int64_t{0});

@@ -14,6 +14,7 @@
 #include "lcmtypes/wire/scenario_bundle.h"
 #include "sim/policy/weights_file.h"
 #include "sim/rollout/build_policy.h"
+#include "sim/rollout/scene_design.h"
 
 namespace knap {
 

@@ -5,10 +5,7 @@
 
 #include <cstdint>
 #include <nlohmann/json.hpp>
-#include <optional>
-#include <span>
 #include <string>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -18,6 +15,7 @@
 #include "coordinator/run/loaded_run.h"
 #include "coordinator/run/loss_unit.h"
 #include "coordinator/run/problem_from_scene.h"
+#include "coordinator/run/report_sources.h"
 #include "coordinator/run/usage_error.h"
 #include "coordinator/run_directory/durable_file.h"
 #include "coordinator/run_directory/journal.h"
@@ -28,7 +26,6 @@ namespace knap {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using Answers = std::unordered_map<ContentId, RolloutOutcome, ContentIdHash>;
 
 Answers ReadAnswers(const RunDirectory& run) {
   Answers answers;
@@ -36,22 +33,6 @@ Answers ReadAnswers(const RunDirectory& run) {
     for (JournaledAnswer& answer : DecodeAnswers(payload)) answers[answer.id] = std::move(answer.outcome);
   }
   return answers;
-}
-
-ReportedTest FindTest(const std::string& name, std::vector<double> theta, std::size_t controls,
-                      const std::vector<std::vector<double>>& variations, const ContentId& scenario,
-                      const Answers& answers) {
-  ReportedTest test{name, std::move(theta), {}, {}};
-  const std::span<const double> all = test.theta;
-  const std::size_t design = all.size() - controls;
-  for (const std::vector<double>& variation : variations) {
-    const ContentId id =
-        CalcRequestId({"knap", scenario, all.first(design), all.subspan(design), {}, variation, false});
-    test.ids.push_back(FormatHex(id));
-    const auto found = answers.find(id);
-    test.outcomes.push_back(found == answers.end() ? std::nullopt : std::optional(found->second));
-  }
-  return test;
 }
 
 Json ReadJson(const std::filesystem::path& path) {
@@ -146,25 +127,12 @@ void WriteReport(const LoadedScenario& scenario, const RunDirectory& run, Rollou
                  const std::filesystem::path& path, const std::function<void(int done, int total)>& progress) {
   const Scene& scene = scenario.parsed.scene;
   const Problem problem = MakeProblem(scene, scenario.files);
-  const std::size_t size = problem.parameters.names.size();
-  ReportSource source;
-  source.run = &run;
-  source.problem = &problem;
-  source.model = &model;
-  source.loss_unit = FormatLossUnit(scene);
-  source.loss_unit.erase(0, source.loss_unit.find_first_not_of(' '));
-  const auto seed = static_cast<std::uint64_t>(scene.evaluation.seed);
-  for (std::int64_t i = 0; i < scene.evaluation.variations; ++i) {
-    source.variations.push_back(
-        SampleVariation(problem.variations, seed, RandomStream::kTestVariations, static_cast<std::uint64_t>(i)));
-  }
-  const ContentId id = CalcScenarioId(EncodeBundle(ListTaskFiles(scenario)));
+  ReportSource source = MakeReportSource(scenario, run, problem, model, scene.evaluation.variations);
+  const ContentId task = CalcScenarioId(EncodeBundle(ListTaskFiles(scenario)));
   const Answers answers = ReadAnswers(run);
-  const auto find = [&](const char* name, std::vector<double> theta) {
-    return FindTest(name, std::move(theta), problem.parameters.controls, source.variations, id, answers);
-  };
-  source.tests.push_back(find("initial", problem.parameters.initial));
-  source.tests.push_back(find("learned", ReadLearnedTheta(run, size)));
+  const std::vector<double> learned = ReadLearnedTheta(run, problem.parameters.names.size());
+  source.tests = {MakeReportedTest(source, task, "initial", problem.parameters.initial, answers),
+                  MakeReportedTest(source, task, "learned", learned, answers)};
   WriteFileAtomically(path, MakeReportPage(source, progress));
 }
 

@@ -18,7 +18,7 @@
 
 #include "sim/contact/depth_field.h"
 #include "sim/contact/patch_integrals.h"
-#include "sim/math/spatial.h"
+#include "sim/math/pose.h"
 
 namespace knap {
 

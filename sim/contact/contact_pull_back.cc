@@ -2,6 +2,7 @@
 
 #include "sim/contact/contact_model.h"
 #include "sim/math/check.h"
+#include "sim/math/spatial.h"
 
 namespace knap {
 

@@ -29,7 +29,7 @@
 #include "sim/contact/cylinder_integrals.h"
 #include "sim/contact/depth_field.h"
 #include "sim/contact/patch_law.h"
-#include "sim/math/spatial.h"
+#include "sim/math/pose.h"
 
 namespace knap {
 

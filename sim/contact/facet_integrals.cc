@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 
 #include "sim/contact/planar_moments.h"
+#include "sim/math/so3.h"
 
 namespace knap {
 

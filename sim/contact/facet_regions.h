@@ -13,7 +13,7 @@
 
 #include "sim/contact/depth_field.h"
 #include "sim/contact/planar_moments.h"
-#include "sim/math/spatial.h"
+#include "sim/math/pose.h"
 
 namespace knap {
 
@@ -53,7 +53,7 @@ struct FacetRegion {
   PlanarMoments moments;  // up to the third degree where the field is linear
   double depth = 0.0;     // the largest e, up to rounding on planes, estimated in round fields [m]
   Eigen::Vector2d peak = Eigen::Vector2d::Zero();  // the place of that, a corner, where the field is linear
-  int first_wall = 0;     // of FacetRegions::walls
+  int first_wall = 0;                              // of FacetRegions::walls
   int num_walls = 0;
 };
 

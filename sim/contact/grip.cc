@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "sim/math/spatial.h"
+
 namespace knap {
 
 using Eigen::Matrix3d;

@@ -1,5 +1,7 @@
 #include "sim/contact/pair_wrench.h"
 
+#include "sim/math/spatial.h"
+
 namespace knap {
 
 RelativeMotion RelativeMotion::Make(const Pose& X_WB, const Vector6d& V_B, const Pose& X_WS, const Vector6d& V_S) {

@@ -9,7 +9,7 @@
 //   F_B = Yᵀ F,  dF_B = Yᵀ (dF − CrossBar(F) e),                 F_S = −F,  dF_S = −dF
 #pragma once
 
-#include "sim/math/spatial.h"
+#include "sim/math/pose.h"
 #include "sim/multibody/dynamics.h"
 
 namespace knap {

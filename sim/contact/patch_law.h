@@ -23,7 +23,7 @@
 
 #include "sim/contact/bristle.h"
 #include "sim/contact/patch_integrals.h"
-#include "sim/math/spatial.h"
+#include "sim/math/pose.h"
 
 namespace knap {
 

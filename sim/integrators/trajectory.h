@@ -14,6 +14,7 @@
 #include "sim/contact/contact_model.h"
 #include "sim/integrators/bristle_history.h"
 #include "sim/integrators/control_sequence.h"
+#include "sim/integrators/simulation_certificate.h"
 #include "sim/integrators/step_control.h"
 #include "sim/integrators/step_formula.h"
 #include "sim/integrators/touchdown.h"
@@ -21,22 +22,6 @@
 namespace knap {
 
 inline constexpr int kStepsPerBlock = 256;
-
-struct SimulationCertificate {
-  bool converged = true;
-  bool finite = true;
-  double worst_residual = 0.0;  // largest accepted scaled residual
-  int steps = 0;                // accepted
-  int subdivided_steps = 0;     // whole steps of fixed length that had to be cut
-  int rejected_steps = 0;       // of chosen length: begun again with a smaller one
-  int contact_onsets = 0;       // times that some contact began
-  // Of the contacts, at the start and at the states that accepted steps led to.
-  double penetration = 0.0;    // the deepest, as a share of what the thinner body or its field has; 1: used up
-  int deepest_contact = -1;    // whose that is
-  double largest_force = 0.0;  // of one contact [N]
-  int passed_contact = -1;     // whose bodies passed through one another within a step (contact_model.h); -1: none
-  long newton_iterations = 0;
-};
 
 // Where a step ends, and how another trajectory that takes the same steps follows its own touchdowns: what `contact`
 // says begins in the step from here, at `touchdown` as its approach shows it here. By as much as this time differs

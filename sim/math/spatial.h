@@ -6,24 +6,10 @@
 // Cross products [Featherstone 2008, §2.9]: crm(V) = [w× 0; v× w×], crf(V) = −crm(V)ᵀ, and crf(V) F = CrossBar(F) V.
 #pragma once
 
-#include <Eigen/Dense>
-
+#include "sim/math/pose.h"
 #include "sim/math/so3.h"
 
 namespace knap {
-
-using Vector6d = Eigen::Matrix<double, 6, 1>;
-using Matrix6d = Eigen::Matrix<double, 6, 6>;
-
-// Pose of a frame B in a frame P: p_P = R · p_B + p.
-struct Pose {
-  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d p = Eigen::Vector3d::Zero();
-
-  Pose operator*(const Pose& other) const { return {R * other.R, p + R * other.p}; }
-  Eigen::Vector3d operator*(const Eigen::Vector3d& point) const { return R * point + p; }
-  Eigen::Vector3d ApplyInverse(const Eigen::Vector3d& point) const { return R.transpose() * (point - p); }
-};
 
 inline Vector6d ShiftTwist(const Pose& X_PB, const Vector6d& V_P) {
   Vector6d V_B;

@@ -1,6 +1,7 @@
 #include "sim/multibody/dynamics.h"
 
 #include "sim/math/check.h"
+#include "sim/math/spatial.h"
 
 namespace knap {
 

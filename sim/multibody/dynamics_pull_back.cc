@@ -1,3 +1,4 @@
+#include "sim/math/spatial.h"
 #include "sim/multibody/dynamics.h"
 
 namespace knap {

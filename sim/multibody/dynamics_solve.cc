@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "sim/math/spatial.h"
 #include "sim/multibody/dynamics.h"
 
 namespace knap {

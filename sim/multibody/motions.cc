@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim/math/spatial.h"
+
 namespace knap {
 
 namespace {

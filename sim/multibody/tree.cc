@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "sim/math/check.h"
+#include "sim/math/so3.h"
 
 namespace knap {
 

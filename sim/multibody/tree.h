@@ -20,7 +20,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/math/spatial.h"
+#include "sim/math/pose.h"
 #include "sim/multibody/joint_forces.h"
 
 namespace knap {

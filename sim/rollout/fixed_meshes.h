@@ -10,7 +10,7 @@
 #include "sim/contact/contact_shape.h"
 #include "sim/geometry/mass_properties.h"
 #include "sim/geometry/triangle_mesh.h"
-#include "sim/math/spatial.h"
+#include "sim/math/pose.h"
 #include "sim/scenarios/scene.h"
 
 namespace knap {

@@ -127,7 +127,7 @@ std::vector<double> CalcKnownNumbers() {
 
   RolloutModel model(MakeKnownScenario());
   RolloutInput input;
-  input.theta = model.design()->initial_theta();
+  input.theta = model.initial_theta();
   input.variation = {0.002};
   AppendRollout(&model, input, &numbers);
   input.theta_reference = input.theta;

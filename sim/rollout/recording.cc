@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "sim/math/check.h"
-#include "sim/rollout/rollout.h"
+#include "sim/rollout/rollout_simulation.h"
 #include "sim/scenarios/signal_fields.h"
 
 namespace knap {
@@ -166,7 +166,7 @@ const Recording::Body& Recording::Find(const std::string& body) const {
   return *found;
 }
 
-RecordedRollout RolloutModel::Record(const RolloutInput& input, double period) {
+RecordedRollout RolloutSimulation::Record(const RolloutInput& input, double period) {
   CheckInput(input);
   RequireSound(input.theta);
   const bool distill = input.theta_reference.size() > 0 || input.controls_reference.size() > 0;

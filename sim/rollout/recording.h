@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/math/spatial.h"
+#include "sim/math/pose.h"
 
 namespace knap {
 

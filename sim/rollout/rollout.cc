@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "sim/gradient/node_windows.h"
+#include "sim/rollout/rollout_simulation.h"
 
 namespace knap {
 
@@ -57,13 +58,13 @@ Eigen::MatrixXd StackCommands(const Eigen::MatrixXd& open_loop, const ClosedLoop
 
 }  // namespace
 
-RolloutModel::RolloutModel(const std::map<std::string, std::string>& files) : source_(files) {
+RolloutSimulation::RolloutSimulation(const std::map<std::string, std::string>& files) : source_(files) {
   // Whatever this simulator cannot do shows now, not in the first rollout.
   ContactModel(source_.BuildInitialModel().contacts);
 }
 
-RolloutModel::Simulated RolloutModel::Simulate(const VectorXd& theta, const VectorXd& controls,
-                                               const std::vector<double>& variation, const Manner& manner) {
+RolloutSimulation::Simulated RolloutSimulation::Simulate(const VectorXd& theta, const VectorXd& controls,
+                                                         const std::vector<double>& variation, const Manner& manner) {
   Simulated s;
   static_cast<BuiltScene&>(s) = source_.Build(theta, variation);
   const Eigen::Index open_loop = CountControls(s.scene);
@@ -94,7 +95,7 @@ RolloutModel::Simulated RolloutModel::Simulate(const VectorXd& theta, const Vect
   return s;
 }
 
-const RolloutModel::Reference& RolloutModel::GetReference(const RolloutInput& input) {
+const RolloutSimulation::Reference& RolloutSimulation::GetReference(const RolloutInput& input) {
   for (auto it = references_.begin(); it != references_.end(); ++it) {
     if (it->theta == input.theta_reference && it->controls == input.controls_reference &&
         it->variation == input.variation) {
@@ -112,7 +113,7 @@ const RolloutModel::Reference& RolloutModel::GetReference(const RolloutInput& in
   return references_.front();
 }
 
-std::shared_ptr<const TimeNodeList> RolloutModel::GetNodes(const RolloutInput& input) {
+std::shared_ptr<const TimeNodeList> RolloutSimulation::GetNodes(const RolloutInput& input) {
   for (auto it = nodes_.begin(); it != nodes_.end(); ++it) {
     if (it->theta == input.theta_nodes && it->controls == input.controls_nodes && it->variation == input.variation) {
       nodes_.splice(nodes_.begin(), nodes_, it);
@@ -132,7 +133,7 @@ std::shared_ptr<const TimeNodeList> RolloutModel::GetNodes(const RolloutInput& i
   return nodes_.front().list;
 }
 
-void RolloutModel::CheckInput(const RolloutInput& input) const {
+void RolloutSimulation::CheckInput(const RolloutInput& input) const {
   const auto check = [](const char* name, Eigen::Index values, Eigen::Index reference, Eigen::Index nodes, int size,
                         const RolloutInput& of) {
     const auto fits = [size](Eigen::Index n, bool wanted) { return n == (wanted ? size : 0); };
@@ -155,7 +156,7 @@ void RolloutModel::CheckInput(const RolloutInput& input) const {
   }
 }
 
-std::vector<std::string> RolloutModel::FindDistrust(const Simulated& s) const {
+std::vector<std::string> RolloutSimulation::FindDistrust(const Simulated& s) const {
   const SimulationCertificate& certificate = s.trajectory->certificate;
   const auto name = [&](int pair, int k) {
     return s.scene.contacts[static_cast<std::size_t>(s.model.contact_of_pair[static_cast<std::size_t>(pair)])]
@@ -173,7 +174,7 @@ std::vector<std::string> RolloutModel::FindDistrust(const Simulated& s) const {
   return out;
 }
 
-double RolloutModel::Evaluate(const Simulated& s, const Reference* reference, SignalCotangents* bar) const {
+double RolloutSimulation::Evaluate(const Simulated& s, const Reference* reference, SignalCotangents* bar) const {
   bar->points.assign(s.signals->points().size(), Eigen::Vector3d::Zero());
   bar->measures.assign(s.signals->measures().size(), 0.0);
   const std::vector<Term>& terms = reference != nullptr ? s.scene.loss.distillation : s.scene.loss.task;
@@ -184,8 +185,8 @@ double RolloutModel::Evaluate(const Simulated& s, const Reference* reference, Si
   return loss;
 }
 
-void RolloutModel::Judge(const Simulated& s, const Reference* reference, SignalCotangents* bar,
-                         RolloutOutput* out) const {
+void RolloutSimulation::Judge(const Simulated& s, const Reference* reference, SignalCotangents* bar,
+                              RolloutOutput* out) const {
   out->certificate = s.trajectory->certificate;
   out->steps = out->certificate.steps;
   if (reference != nullptr && reference->terms.size() != s.scene.loss.distillation.size()) {
@@ -202,8 +203,8 @@ void RolloutModel::Judge(const Simulated& s, const Reference* reference, SignalC
   out->certificate.finite = std::isfinite(out->loss);
 }
 
-RolloutModel::Gradient RolloutModel::CalcGradient(const VectorXd& controls, const Simulated& s,
-                                                  const SignalCotangents& bar, TimeNodes nodes) const {
+RolloutSimulation::Gradient RolloutSimulation::CalcGradient(const VectorXd& controls, const Simulated& s,
+                                                            const SignalCotangents& bar, TimeNodes nodes) const {
   Gradient out;
   out.design = VectorXd::Zero(num_parameters());
   const Eigen::Index open_loop = CountControls(s.scene);
@@ -251,7 +252,7 @@ RolloutModel::Gradient RolloutModel::CalcGradient(const VectorXd& controls, cons
   return out;
 }
 
-VectorXd RolloutModel::Normalize(const Scene& scene, const Gradient& gradient) const {
+VectorXd RolloutSimulation::Normalize(const Scene& scene, const Gradient& gradient) const {
   VectorXd g(num_parameters() + num_controls());
   if (design()) g.head(num_parameters()) = gradient.design.cwiseProduct(design()->ranges());
   const Eigen::Index open_loop = CountControls(scene);
@@ -266,8 +267,8 @@ VectorXd RolloutModel::Normalize(const Scene& scene, const Gradient& gradient) c
   return g;
 }
 
-void RolloutModel::AddGradient(const RolloutInput& input, const Simulated& s, const Reference* reference,
-                               const SignalCotangents& bar, RolloutOutput* out) {
+void RolloutSimulation::AddGradient(const RolloutInput& input, const Simulated& s, const Reference* reference,
+                                    const SignalCotangents& bar, RolloutOutput* out) {
   const GradientDemand& demand = s.scene.gradient;
   const bool chosen_steps = s.scene.rollout.integrator == Integrator::kTrBdf2;
   VectorXd frozen;
@@ -307,12 +308,12 @@ void RolloutModel::AddGradient(const RolloutInput& input, const Simulated& s, co
   if (!(out->gradient_change <= demand.change)) doubt("tolerance");
 }
 
-void RolloutModel::RequireSound(const VectorXd& theta) {
+void RolloutSimulation::RequireSound(const VectorXd& theta) {
   const std::string fault = source_.FindFault(theta);
   if (!fault.empty()) throw std::invalid_argument(fault);
 }
 
-RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<void(int, int)>& progress) {
+RolloutOutput RolloutSimulation::Run(const RolloutInput& input, const std::function<void(int, int)>& progress) {
   CheckInput(input);
   const double start = clock ? clock() : 0.0;
   const bool distill = Distills(input);
@@ -352,6 +353,37 @@ RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<v
   if (input.want_gradient) AddGradient(input, s, reference, bar, &out);
   gradient_s = clock ? clock() - middle : 0.0;
   return out;
+}
+
+RolloutModel::RolloutModel(const std::map<std::string, std::string>& files)
+    : simulation_(std::make_unique<RolloutSimulation>(files)) {}
+
+RolloutModel::~RolloutModel() = default;
+RolloutModel::RolloutModel(RolloutModel&& other) noexcept = default;
+RolloutModel& RolloutModel::operator=(RolloutModel&& other) noexcept = default;
+
+const Scene& RolloutModel::scene() const { return simulation_->scene(); }
+
+int RolloutModel::num_parameters() const { return simulation_->num_parameters(); }
+
+int RolloutModel::num_controls() const { return simulation_->num_controls(); }
+
+const std::optional<SceneDesign>& RolloutModel::design() const { return simulation_->source().design(); }
+
+VectorXd RolloutModel::initial_theta() const { return design() ? design()->initial_theta() : VectorXd(); }
+
+const SceneSource& RolloutModel::source() const { return simulation_->source(); }
+
+RolloutOutput RolloutModel::Run(const RolloutInput& input, const std::function<void(int, int)>& progress) {
+  simulation_->clock = clock;
+  RolloutOutput out = simulation_->Run(input, progress);
+  forward_s = simulation_->forward_s;
+  gradient_s = simulation_->gradient_s;
+  return out;
+}
+
+RecordedRollout RolloutModel::Record(const RolloutInput& input, double period) {
+  return simulation_->Record(input, period);
 }
 
 }  // namespace knap

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "sim/integrators/state_cotangent.h"
-#include "sim/math/spatial.h"
+#include "sim/math/pose.h"
 #include "sim/multibody/dynamics.h"
 
 namespace knap {

@@ -8,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-#include "sim/math/spatial.h"
+#include "sim/math/pose.h"
 #include "sim/scenarios/scene.h"
 #include "sim/transfer/mesh_pieces.h"
 

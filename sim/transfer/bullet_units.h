@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include "sim/math/spatial.h"
+#include "sim/math/pose.h"
 
 namespace knap {
 

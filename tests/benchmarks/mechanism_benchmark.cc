@@ -102,7 +102,7 @@ void MeasureRollout(benchmark::State& state, const char* config, const std::vect
   RolloutModel model(scenario.files);
   model.clock = Now;
   RolloutInput input;
-  input.theta = model.design()->initial_theta();
+  input.theta = model.initial_theta();
   input.controls.resize(model.num_controls());
   for (Eigen::Index i = 0; i < input.controls.size(); ++i) {
     input.controls(i) = 0.4 * std::sin(0.9 * static_cast<double>(i));

@@ -72,7 +72,7 @@ class ExplainTest : public ::testing::Test {
   ExplainedRun Read() {
     ExplainedRun run;
     run.path = "runs/one";
-    run.history = ReadHistory(run_);
+    run.record = ReadRunRecord(run_);
     run.nameless = "no config.yaml";
     run.silence = "it has ended";
     return run;

@@ -192,7 +192,9 @@ TEST(Demonstrations, WhatFailsTriesAgainFromTheNearestSuccess) {
     EXPECT_TRUE(again[i].success);
     EXPECT_EQ(again[i].round, once[i].success ? 0 : 1);
     EXPECT_NEAR(again[i].theta[1], again[i].variation[1], 1e-2);  // its own optimum all the same
-    if (once[i].success) EXPECT_EQ(again[i].theta, once[i].theta);
+    if (once[i].success) {
+      EXPECT_EQ(again[i].theta, once[i].theta);
+    }
   }
 }
 

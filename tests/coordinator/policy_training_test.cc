@@ -35,7 +35,7 @@ TEST(PolicyTraining, ExamplesOfAPolicysOwnCommandsAreWhatItDoes) {
   const std::vector<double> weights = MakeImitationStart(policy, 5);
   EXPECT_NE(weights, MakeImitationStart(policy, 6));
   RolloutInput input;
-  input.theta = closed_loop.design()->initial_theta();
+  input.theta = closed_loop.initial_theta();
   input.theta(6) = 1.3;
   input.controls = Eigen::Map<const VectorXd>(weights.data(), static_cast<Eigen::Index>(weights.size()));
   input.variation = {0.03, -0.04};

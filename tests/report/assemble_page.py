@@ -13,6 +13,7 @@ def assemble(folder, data):
     names = (folder / "scripts.txt").read_text().split()
     script = "\n".join((folder / name).read_text() for name in names)
     parts = {
+        "fetch": "",  # a report may fetch nothing
         "style": f"<style>\n{(folder / 'page.css').read_text()}</style>",
         # In a script element only an end tag, or the beginning of a comment, would be taken for markup.
         "data": f'<script type="application/json" id="data">{data.replace("<", chr(92) + "u003c")}</script>',

@@ -13,9 +13,12 @@
     return example?.replace(/(--variation[ =])\d+/, `$1${row}`);
   }
 
+  // What a section had before goes; parts that the reader has opened, in their order, stay open.
   function fillSection(name, content) {
     const section = document.getElementById(name);
-    if (content) section.append(content);
+    const open = [...section.querySelectorAll("details")].map((part) => part.open);
+    section.replaceChildren(section.querySelector("h2"), ...(content ? [content] : []));
+    [...section.querySelectorAll("details")].forEach((part, i) => { part.open = open[i] ?? part.open; });
     section.hidden = !content;
     const link = document.querySelector(`nav a[href="#${name}"]`);
     if (link) link.hidden = !content;
@@ -59,9 +62,11 @@
 
   function fillReplays(data, variations, scene) {
     const recorded = variations.replays.size > 0;
-    const replay = recorded ? new knap.Replay(variations, scene, recordingList(variations, choose)) : null;
-    const map = variations.count > 0 ? new knap.SuccessMap(variations, choose) : null;
+    const replay = recorded ? new knap.Replay(variations, scene, () => recordingList(variations, choose)) : null;
+    // While a run goes on, few of the variations are there.
+    const map = variations.count > 0 && !data.live ? new knap.SuccessMap(variations, choose) : null;
     function show(row) {
+      if (replay) replay.chosen = () => markChosen(row);
       const command = commandFor(data, row);
       replay?.choose(row, command);
       map?.select(row, command);
@@ -80,6 +85,41 @@
     return replay;
   }
 
+  // What a run that goes on changes, and what it does not.
+  function fillProgress(data) {
+    const makers = { learning: () => knap.learning.make(data), certificates: () => knap.summary.certificates(data),
+      timeline: () => (data.timeline?.rollouts?.worker?.length ? new knap.Timeline(data.timeline).node : null) };
+    for (const [name, make] of Object.entries(makers)) {
+      // A chart that the reader has the pointer on is left alone.
+      if (!document.getElementById(name).matches(":hover")) fillSection(name, make());
+    }
+  }
+
+  function fillResult(data) {
+    const result = document.getElementById("result");
+    const open = result.querySelector("details")?.open ?? false;
+    result.replaceChildren(data.live ? knap.live.make(data) : knap.summary.make(data));
+    const details = result.querySelector("details");
+    if (details) details.open = open;
+  }
+
+  function follow(data, variations, scene, replay, shape) {
+    const silent = document.getElementById("silent");
+    knap.live.follow(data, (hasNewDesign) => {
+      fillResult(data);
+      fillProgress(data);
+      if (!hasNewDesign) return;
+      variations.takeReplays(data.replays);
+      scene.reshape(data.theta);
+      replay?.refresh();
+      shape?.update(data);
+    }, (seconds) => {
+      silent.hidden = seconds < 5;
+      silent.textContent = `knap has not answered for ${Math.round(seconds)} s: the run was stopped, or has ended. ` +
+        "What it has learned is in its folder; the command below goes on with it.";
+    });
+  }
+
   function start() {
     const data = readData();
     const scene = new knap.Scene(data);
@@ -88,19 +128,18 @@
     document.title = `${title}: knap report`;
     document.getElementById("title").textContent = title;
     document.getElementById("asked").textContent = data.run?.description ?? "";
-    document.getElementById("result").append(knap.summary.make(data));
+    fillResult(data);
     fillSection("comparison", knap.comparison.make(data));
     const replay = fillReplays(data, variations, scene);
     const shape = data.theta?.names?.length && !data.comparison ? new knap.ShapeView(data, scene) : null;
     fillSection("shape", shape?.node);
-    fillSection("learning", knap.learning.make(data));
-    fillSection("certificates", knap.summary.certificates(data));
-    fillSection("timeline", data.timeline?.rollouts?.worker?.length ? new knap.Timeline(data.timeline).node : null);
+    fillProgress(data);
     fillSection("repeat", knap.summary.repeat(data));
     knap.theme.install(document.getElementById("theme"), () => {
       replay?.redraw();
       shape?.view?.redraw();
     });
+    if (data.live) follow(data, variations, scene, replay, shape);
   }
 
   start();

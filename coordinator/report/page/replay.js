@@ -8,9 +8,10 @@
   const speeds = [0.1, 0.25, 0.5, 1, 2, 4];
 
   class Replay {
-    // `list` is set below the views: the choice of recordings.
-    constructor(variations, scene, list) {
-      Object.assign(this, { variations, scene });
+    // `makeList` makes what is set below the views: the choice of recordings.
+    constructor(variations, scene, makeList) {
+      Object.assign(this, { variations, scene, makeList });
+      this.chosen = () => {};  // called when the list was made again
       this.camera = new knap.Camera(scene.up);
       this.recordings = {};
       this.charts = [];
@@ -21,7 +22,7 @@
       this.node = html("div", { class: "replay" },
         html("div", { class: "stage" }, this.notice,
           html("div", { class: "panes" }, ...knap.designs.map((design) => this.panes[design].node)),
-          this.makeControls(), this.makeHint(), list),
+          this.makeControls(), this.makeHint(), this.list = makeList()),
         this.plots);
     }
 
@@ -71,19 +72,38 @@
     // Shows a variation; one without recordings leaves the views empty, and the notice says how to see it.
     choose(row, command) {
       this.row = row;
-      const replays = this.variations.replays.get(row) ?? {};
-      this.recordings = Object.fromEntries(Object.entries(replays)
-        .map(([design, replay]) => [design, new knap.Recording(replay, this.scene.movers)]));
-      const [{ gravity } = {}] = Object.values(replays);
+      this.load();
+      const [{ gravity } = {}] = Object.values(this.variations.replays.get(row) ?? {});
       this.camera.aim(gravity ? knap.matrices.unit(knap.matrices.scale(gravity, -1)) : this.scene.up);
-      for (const design of knap.designs) this.describe(design);
       this.showNotice(command);
-      this.measureForces();
       this.frame();
       this.makeCharts();
-      const end = Math.max(0, ...Object.values(this.recordings).map((recording) => recording.end));
-      this.slider.max = end || 1;
-      this.playback.restart(end);
+      this.playback.restart(this.end);
+    }
+
+    // New recordings of the same variations: time, camera and whether it plays stay as they are.
+    refresh() {
+      this.load();
+      this.makeCharts();
+      this.playback.end = this.end;
+      this.playback.seek(this.playback.time);
+      const list = this.makeList();
+      this.list.replaceWith(list);
+      this.list = list;
+      this.chosen();
+    }
+
+    load() {
+      const replays = this.variations.replays.get(this.row) ?? {};
+      this.recordings = Object.fromEntries(Object.entries(replays)
+        .map(([design, replay]) => [design, new knap.Recording(replay, this.scene.movers)]));
+      for (const design of knap.designs) this.describe(design);
+      this.measureForces();
+      this.slider.max = this.end || 1;
+    }
+
+    get end() {
+      return Math.max(0, ...Object.values(this.recordings).map((recording) => recording.end));
     }
 
     showNotice(command) {

@@ -37,6 +37,15 @@
       return made.get(variant);
     }
 
+    // What was learned is another design from now on.
+    reshape(theta) {
+      for (const shape of this.bodies.flatMap((body) => body.shapes)) {
+        if (!shape.designed || shape.type !== "mesh") continue;
+        const mesh = new knap.DesignedMesh(shape, identity(), theta.initial);
+        if (mesh.basis) this.surfaces.get(shape)?.set("learned", mesh.surface(mesh.verticesAt(theta.learned)));
+      }
+    }
+
     poseOf(body, recording, time) {
       return body.mover === null ? body.pose : recording.poseAt(time, body.mover);
     }

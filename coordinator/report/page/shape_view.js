@@ -70,6 +70,16 @@
       this.showStep(this.steps.length - 1);
     }
 
+    // The run has a design more; who looked at the latest goes on to it.
+    update(data) {
+      const atLast = this.step === this.steps.length - 1 && this.label.textContent !== "tried";
+      this.theta = data.theta;
+      this.steps = stepsOf(this.theta, data.learning);
+      this.slider.max = this.steps.length - 1;
+      for (const row of this.rows) row.mark();
+      if (atLast) this.showStep(this.steps.length - 1);
+    }
+
     makeStage() {
       this.view = new knap.View("Shape of the tool", this.camera, () => this.picture());
       this.view.onResize = () => this.frame();
@@ -97,18 +107,19 @@
         "aria-label": `Try ${name}`, oninput: () => this.tryValues() });
       const value = html("output", { class: "value" });
       const marks = html("span", { class: "marks", "aria-hidden": "true" });
-      for (const design of knap.designs) {
+      const mark = () => marks.replaceChildren(...knap.designs.map((design) => {
         const own = this.theta[design][k];
-        const mark = html("span", { class: `mark ${design}`, title: `${design} ${quantity(own, unit)}` });
+        const node = html("span", { class: `mark ${design}`, title: `${design} ${quantity(own, unit)}` });
         // The middle of a slider's thumb stays half its width inside the ends.
         const share = upper > lower ? (own - lower) / (upper - lower) : 0;
-        mark.style.left = `calc(7px + ${share} * (100% - 14px))`;
-        marks.append(mark);
-      }
+        node.style.left = `calc(7px + ${share} * (100% - 14px))`;
+        return node;
+      }));
+      mark();
       const node = html("div", { class: "row" }, html("span", { class: "name" }, name),
         html("span", { class: "bound" }, quantity(lower, unit)), html("span", { class: "bar" }, marks, input),
         html("span", { class: "bound" }, quantity(upper, unit)), value);
-      return { node, input, value, unit };
+      return { node, input, value, unit, mark };
     }
 
     showStep(step) {
@@ -172,5 +183,6 @@
     }
   }
 
+  knap.DesignedMesh = DesignedMesh;
   knap.ShapeView = ShapeView;
 })(window.knap = window.knap || {});

@@ -84,7 +84,7 @@
     const facts = [
       data.test && `${counted(data.test.variations, "test variation")} of seed ${data.test.seed}`,
       run.method && `method ${run.method}, seed ${run.seed}`,
-      run.wall_s !== undefined && `learned in ${duration(run.wall_s)}${rollouts}`,
+      Number.isFinite(run.wall_s) && `learned in ${duration(run.wall_s)}${rollouts}`,
       started && `started ${started}${run.host ? ` on ${run.host}` : ""}`,
       build.version && `knap ${build.version}${build.build ? ` (${build.build})` : ""}`,
     ].filter(Boolean);

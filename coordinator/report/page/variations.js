@@ -12,8 +12,12 @@
       this.results = { initial: variation.initial, learned: variation.learned };
       this.hasSuccess = data.has_success === true;
       this.lossUnit = data.loss_unit ?? "";
+      this.takeReplays(data.replays ?? []);
+    }
+
+    takeReplays(replays) {
       this.replays = new Map();
-      for (const replay of data.replays ?? []) {
+      for (const replay of replays) {
         if (!this.replays.has(replay.variation)) this.replays.set(replay.variation, {});
         this.replays.get(replay.variation)[replay.design] = replay;
       }

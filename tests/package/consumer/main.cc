@@ -12,7 +12,7 @@ int main(int, char** argv) {
   }
   knap::RolloutModel model(scenario.files);
   knap::RolloutInput input;
-  input.theta = model.design()->initial_theta();
+  input.theta = model.initial_theta();
   input.variation = {0.0, 0.09};
   const knap::RolloutOutput output = model.Run(input, {});
   std::printf("%.17g\n", output.loss);

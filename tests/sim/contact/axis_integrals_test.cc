@@ -7,6 +7,7 @@
 #include <numbers>
 #include <random>
 
+#include "sim/math/so3.h"
 #include "tests/sim/contact/patch_differences.h"
 
 namespace knap {

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "sim/contact/convex_field.h"
+#include "sim/math/so3.h"
 #include "tests/sim/contact/convex_meshes.h"
 #include "tests/sim/contact/field_depth.h"
 #include "tests/sim/contact/random_places.h"

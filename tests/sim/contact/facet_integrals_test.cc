@@ -8,6 +8,7 @@
 
 #include "sim/contact/contact_side.h"
 #include "sim/contact/convex_field.h"
+#include "sim/math/so3.h"
 #include "tests/sim/contact/convex_meshes.h"
 #include "tests/sim/contact/field_depth.h"
 #include "tests/sim/contact/patch_differences.h"

@@ -8,7 +8,8 @@
 #include <utility>
 
 #include "sim/contact/patch_integrals.h"
-#include "sim/math/spatial.h"
+#include "sim/math/pose.h"
+#include "sim/math/so3.h"
 
 namespace knap::test {
 

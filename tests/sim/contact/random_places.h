@@ -4,8 +4,8 @@
 #include <Eigen/Core>
 #include <random>
 
+#include "sim/math/pose.h"
 #include "sim/math/so3.h"
-#include "sim/math/spatial.h"
 
 namespace knap::test {
 

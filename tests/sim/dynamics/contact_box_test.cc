@@ -7,6 +7,7 @@
 #include <memory>
 #include <random>
 
+#include "sim/math/so3.h"
 #include "tests/sim/dynamics/pair_scene.h"
 
 namespace knap {

@@ -9,6 +9,7 @@
 
 #include "sim/contact/convex_field.h"
 #include "sim/gradient/adjoint.h"
+#include "sim/math/so3.h"
 #include "tests/sim/contact/convex_meshes.h"
 #include "tests/sim/dynamics/pair_scene.h"
 #include "tests/sim/dynamics/slope_comparison.h"

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "sim/math/so3.h"
 #include "tests/sim/dynamics/random_tree.h"
 
 namespace knap {

@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "sim/math/so3.h"
+
 namespace knap {
 namespace {
 

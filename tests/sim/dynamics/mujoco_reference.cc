@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "sim/math/so3.h"
+
 namespace knap::test {
 namespace {
 

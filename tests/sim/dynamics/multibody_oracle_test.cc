@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "sim/math/so3.h"
 #include "tests/sim/dynamics/mechanisms.h"
 #include "tests/sim/dynamics/runge_kutta.h"
 #include "tests/sim/dynamics/scenes.h"

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/math/so3.h"
 #include "sim/signals/body_signals.h"
 #include "sim/signals/combined_signals.h"
 #include "sim/signals/coordinate_signals.h"

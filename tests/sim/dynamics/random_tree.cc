@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "sim/math/so3.h"
+
 namespace knap::test {
 
 using Eigen::Matrix3d;

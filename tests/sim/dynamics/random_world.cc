@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "sim/math/so3.h"
 #include "tests/sim/dynamics/slope_comparison.h"
 
 namespace knap::test {

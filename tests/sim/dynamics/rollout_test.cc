@@ -85,7 +85,7 @@ TEST(Rollout, GivesTheSameBitsWhateverRanBefore) {
   const LoadedScenario scenario = LoadPushing();
   ASSERT_TRUE(scenario.parsed.ok()) << scenario.parsed.FormatErrors();
   RolloutModel model(scenario.files);
-  const VectorXd theta = model.design()->initial_theta();
+  const VectorXd theta = model.initial_theta();
   VectorXd other = theta;
   other(0) += 2e-3;
   other(3) += 5e-3;
@@ -117,7 +117,7 @@ TEST(Rollout, GivesTheSameBitsWhateverRanBefore) {
 TEST(Rollout, DistillationAgainstItselfIsZero) {
   const LoadedScenario scenario = LoadPushing();
   RolloutModel model(scenario.files);
-  const VectorXd theta = model.design()->initial_theta();
+  const VectorXd theta = model.initial_theta();
   const RolloutOutput out = model.Run({theta, theta, {0.007, 0.095}, true}, {});
   EXPECT_EQ(out.loss, 0.0);
   EXPECT_EQ(out.gradient.norm(), 0.0);
@@ -132,7 +132,7 @@ void ExpectSamePath(const Path& a, const Path& b) {
 TEST(Rollout, TheOrderOfBodiesDoesNotMatter) {
   LoadedScenario scenario = LoadPushing();
   RolloutModel model(scenario.files);
-  const VectorXd theta = model.design()->initial_theta();
+  const VectorXd theta = model.initial_theta();
   Scene reordered = scenario.parsed.scene;
   std::reverse(reordered.bodies.begin(), reordered.bodies.end());
   scenario.files[kScenarioFileName] = DumpScene(reordered);

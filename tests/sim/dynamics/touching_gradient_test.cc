@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/math/so3.h"
 #include "tests/sim/dynamics/random_world.h"
 #include "tests/sim/dynamics/scenes.h"
 

@@ -11,6 +11,7 @@
 #include <sstream>
 #include <string>
 
+#include "sim/rollout/built_scene.h"
 #include "sim/rollout/rollout.h"
 #include "tests/sim/scenarios/edited_scene.h"
 
@@ -123,7 +124,7 @@ TEST_F(CheckModelTest, MeshesThatAreNotDesigned) {
   const EditedScene notched = with("{type: mesh, file: meshes/notched_bar.obj, unit: 1 mm}");
   EXPECT_EQ(FindErrors(notched.text), "");
   const RolloutModel apart(Load(notched.text).files);
-  EXPECT_GT(apart.meshes().at({"pea", 0}).pieces.size(), 1u);
+  EXPECT_GT(apart.source().meshes().at({"pea", 0}).pieces.size(), 1u);
   const EditedScene open = with("{type: mesh, file: @meshes/open.obj, unit: 1 mm}");
   EXPECT_THAT(FindErrors(open.text),
               testing::StartsWith(

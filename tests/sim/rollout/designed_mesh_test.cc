@@ -10,6 +10,7 @@
 #include "sim/rollout/check_model.h"
 #include "sim/rollout/design_corners.h"
 #include "sim/rollout/rollout.h"
+#include "sim/rollout/scene_design.h"
 #include "sim/scenarios/scenario_files.h"
 
 namespace knap {
@@ -31,7 +32,7 @@ std::string FindErrors(const std::string& scene, const std::vector<std::string>&
 
 RolloutInput MakeInput(const RolloutModel& model) {
   RolloutInput input;
-  input.theta = model.design()->initial_theta();
+  input.theta = model.initial_theta();
   return input;
 }
 

@@ -191,7 +191,7 @@ RolloutModel MakeModel(const Scene& scene) {
 
 RolloutInput MakeInput(const RolloutModel& model, double value) {
   RolloutInput input;
-  input.theta = model.design()->initial_theta();
+  input.theta = model.initial_theta();
   input.controls = Eigen::VectorXd::Constant(model.num_controls(), 0.5);
   input.variation = {value};
   return input;

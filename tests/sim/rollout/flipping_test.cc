@@ -14,6 +14,7 @@
 
 #include "sim/rollout/check_model.h"
 #include "sim/rollout/rollout.h"
+#include "sim/rollout/scene_design.h"
 #include "sim/scenarios/scenario_files.h"
 #include "tests/sim/rollout/differences.h"
 
@@ -42,7 +43,7 @@ const std::vector<double>& FindSignal(const Recording& recording, const std::str
 
 RolloutInput MakeInput(const RolloutModel& model, const VectorXd& controls) {
   RolloutInput input;
-  input.theta = model.design() ? model.design()->initial_theta() : VectorXd();
+  input.theta = model.design() ? model.initial_theta() : VectorXd();
   input.controls = controls;
   input.want_gradient = false;
   return input;
@@ -262,7 +263,7 @@ TEST(Flipping, GradientUnderThePolicyIsThatOfDifferences) {
   ASSERT_EQ(model.num_parameters(), 9);
   VectorXd w(model.num_controls());
   for (Eigen::Index i = 0; i < w.size(); ++i) w(i) = 0.2 * std::sin(1.3 * static_cast<double>(i * i + 1));
-  const VectorXd theta = model.design()->initial_theta();
+  const VectorXd theta = model.initial_theta();
   const auto run = [&](const VectorXd& at, bool gradient) {
     RolloutInput input;
     input.theta = at.head(9);

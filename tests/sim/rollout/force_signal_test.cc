@@ -99,7 +99,7 @@ INSTANTIATE_TEST_SUITE_P(Steps, ForceSignals,
 TEST(ForceSignalAtRest, IsWhatTheSpringBears) {
   RolloutModel model = MakePress("rollout: {horizon: 2 s, step: 4 ms}\n");
   RolloutInput input;
-  input.theta = model.design()->initial_theta();
+  input.theta = model.initial_theta();
   input.controls = VectorXd::Constant(model.num_controls(), 0.3);
   const Recording recording = model.Record(input, 2.0).recording;
   const auto last = [&](const std::string& name) {

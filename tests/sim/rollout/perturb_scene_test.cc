@@ -168,7 +168,7 @@ TEST(PerturbScene, GradientsFollow) {
       "deg}]}\n";
   RolloutModel model(files), plain(MakeKnownScenario());
   RolloutInput input;
-  input.theta = model.design()->initial_theta();
+  input.theta = model.initial_theta();
   input.variation = {0.002};
   const RolloutOutput out = model.Run(input, {});
   ASSERT_TRUE(out.certificate.converged);

@@ -46,7 +46,7 @@ class ReachingTest : public testing::Test {
 TEST_F(ReachingTest, InitialDesignWithoutActionCostsWhatDiffHandSays) {
   ASSERT_EQ(model_.num_parameters(), 9);
   ASSERT_EQ(model_.num_controls(), 120);
-  const RolloutOutput out = Run(model_.design()->initial_theta(), VectorXd::Zero(120), true);
+  const RolloutOutput out = Run(model_.initial_theta(), VectorXd::Zero(120), true);
   EXPECT_TRUE(out.certificate.converged);
   EXPECT_EQ(out.steps, 600);
   EXPECT_NEAR(out.loss, 3733.08325791, 1e-6);
@@ -61,7 +61,7 @@ TEST_F(ReachingTest, InitialDesignWithoutActionCostsWhatDiffHandSays) {
 
 // The tip's point by hand: (L/2, 0, h/2) of the tip, between the heights of both of its ends.
 TEST_F(ReachingTest, LengthsAndHeightsPlaceTheTip) {
-  VectorXd theta = model_.design()->initial_theta();
+  VectorXd theta = model_.initial_theta();
   theta << 1.5, 0.7, 2.0, 1.4, 0.6, 0.8, 1.25, 0.5, 2.0;
   const Eigen::Vector3d p(17.755 + 2.34 * (0.25 - 0.5 + 1.0), 0.0, 1.3 * 0.5 * (1.4 + 0.8));
   const Eigen::Vector3d targets[] = {{10, -5, -5}, {10, -5, 5}, {20, 10, 10}, {20, 10, -10}};

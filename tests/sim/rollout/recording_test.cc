@@ -26,7 +26,7 @@ RolloutModel Load(const std::string& name, const std::vector<std::string>& overr
 
 RolloutInput MakeInput(const RolloutModel& model, const std::vector<double>& variation) {
   RolloutInput input;
-  input.theta = model.design()->initial_theta();
+  input.theta = model.initial_theta();
   input.variation = variation;
   input.controls = Eigen::VectorXd::Zero(model.num_controls());
   input.want_gradient = false;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "sim/geometry/shape_measures.h"
+#include "sim/rollout/control_commands.h"
 #include "sim/rollout/rollout.h"
 #include "sim/scenarios/scenario_files.h"
 #include "tests/sim/rollout/differences.h"

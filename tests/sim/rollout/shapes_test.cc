@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "sim/geometry/mesh_io.h"
+#include "sim/rollout/built_scene.h"
 #include "sim/rollout/check_model.h"
 #include "sim/rollout/rollout.h"
 #include "sim/scenarios/scenario_files.h"
@@ -64,7 +65,7 @@ rollout: {{horizon: 0.3 s, step: 1 ms, newton_tolerance: 1e-12}}
 
 TEST(Shapes, ADumbbellWeighsTheSumOfItsParts) {
   RolloutModel model(MakeDumbbell("[0 m/s^2, 0 m/s^2, -9.81 m/s^2]", 10.0));
-  const SceneModel built = BuildModel(model.scene(), {}, model.meshes());
+  const SceneModel built = BuildModel(model.scene(), {}, model.source().meshes());
   const double ball = 1000.0 * 4.0 / 3.0 * M_PI * 1e-6;
   const double rod = 1000.0 * M_PI * 9e-6 * 0.034;
   const double caps = 1000.0 * 4.0 / 3.0 * M_PI * 27e-9;
@@ -210,7 +211,7 @@ TEST(Shapes, AMeshTakenApartPressesAsItsBoxesDo) {
       "{type: box, size: [30 mm, 10 mm, 8 mm], position: [15 mm, 5 mm, 4 mm]}, "
       "{type: box, size: [10 mm, 30 mm, 8 mm], position: [5 mm, 25 mm, 4 mm]}");
   RolloutModel model(mesh);
-  const FixedMesh& fixed = model.meshes().at({"angle", 0});
+  const FixedMesh& fixed = model.source().meshes().at({"angle", 0});
   EXPECT_EQ(fixed.pieces.size(), 2u);
   ASSERT_EQ(fixed.volumes.size(), 2u);
   EXPECT_NEAR(fixed.volumes[0] + fixed.volumes[1], 600.0 * 8.0 * 1e-9, 1e-15);

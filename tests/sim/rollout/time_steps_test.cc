@@ -77,7 +77,7 @@ RolloutModel MakeModel(const Throw& t) {
 
 RolloutOutput RunInitial(RolloutModel* model) {
   RolloutInput input;
-  input.theta = model->design()->initial_theta();
+  input.theta = model->initial_theta();
   return model->Run(input, {});
 }
 

@@ -39,7 +39,7 @@ Drop DrawDrop(const RolloutModel& rollout, int index) {
   const auto draw = [&](double lower, double upper) {
     return std::uniform_real_distribution<double>(lower, upper)(generator);
   };
-  Drop drop{rollout.design()->initial_theta(), rollout.scene()};
+  Drop drop{rollout.initial_theta(), rollout.scene()};
   ApplyVariation(drop.scene, std::vector{draw(0.0, 2.0 * std::acos(-1.0)), draw(-1.0, 1.0)});
   const std::vector<DesignParameter>& parameters = rollout.scene().design->parameters;
   for (int i = 0; i < drop.theta.size(); ++i) drop.theta(i) = draw(parameters[i].lower, parameters[i].upper);

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "sim/rollout/rollout.h"
+#include "sim/rollout/scene_design.h"
 #include "sim/scenarios/scenario_files.h"
 #include "tests/sim/rollout/differences.h"
 
@@ -33,7 +34,7 @@ inline SceneModel Build(const RolloutModel& rollout, const Scene& scene, const E
 
 // The initial spool with both sides of both ends of this length [m].
 inline Eigen::VectorXd MakeTheta(const RolloutModel& rollout, double ends) {
-  Eigen::VectorXd theta = rollout.design()->initial_theta();
+  Eigen::VectorXd theta = rollout.initial_theta();
   const std::vector<DesignParameter>& parameters = rollout.scene().design->parameters;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const std::string station = parameters[i].name.substr(0, parameters[i].name.find('_'));

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <random>
 
+#include "sim/rollout/scene_design.h"
 #include "sim/scenarios/apply_variation.h"
 #include "tests/sim/rollout/winding_scene.h"
 
@@ -43,7 +44,7 @@ TEST(Winding, TheRopeStartsClearOfEverySpool) {
 
 TEST(Winding, TheRopeIsWoundAroundTheSpool) {
   const RolloutModel rollout = LoadWinding({});
-  const SceneModel model = Build(rollout, rollout.scene(), rollout.design()->initial_theta());
+  const SceneModel model = Build(rollout, rollout.scene(), rollout.initial_theta());
   const std::vector<int>& links = model.links.at("rope");
   ASSERT_EQ(links.size(), 15u);
   EXPECT_EQ(model.tree.nv(), 48);
@@ -73,7 +74,7 @@ TEST(Winding, GravityComesFromEverywhereAlike) {
     const auto& d = std::get<UniformDistribution>(rollout.scene().variation[i].distribution);
     return std::uniform_real_distribution<double>(d.lower, d.upper)(generator);
   };
-  const DesignedShapes shapes = rollout.design()->CalcShapes(rollout.design()->initial_theta());
+  const DesignedShapes shapes = rollout.design()->CalcShapes(rollout.initial_theta());
   Vector3d mean = Vector3d::Zero();
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
   constexpr int kDraws = 4000;
@@ -150,7 +151,7 @@ TEST(Winding, ARopeMayTouchItself) {
   Contact own = scene.contacts[0];
   own.bodies = {"rope", "rope"};
   scene.contacts.push_back(own);
-  const SceneModel model = Build(rollout, scene, rollout.design()->initial_theta());
+  const SceneModel model = Build(rollout, scene, rollout.initial_theta());
   // 15 with the spool; of 105 pairs of links, 14 are neighbours.
   EXPECT_EQ(model.contacts.size(), 15u + 91u);
 }

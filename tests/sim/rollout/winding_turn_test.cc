@@ -48,7 +48,7 @@ TEST(WindingTurn, TheGripperWindsTheRopeWhereverDownIs) {
   for (const auto& [azimuth, rise] : std::vector<std::pair<double, double>>{{0.0, -1.0}, {0.0, 0.0}, {3.6, 0.5}}) {
     Scene scene = rollout.scene();
     ApplyVariation(scene, std::vector{azimuth, rise});
-    const SceneModel model = test::Build(rollout, scene, rollout.design()->initial_theta());
+    const SceneModel model = test::Build(rollout, scene, rollout.initial_theta());
     Dynamics dynamics(model.tree);
     ContactModel contacts(model.contacts, model.grips);
     Simulator simulator(&dynamics, &contacts);

@@ -1,4 +1,4 @@
-#include "coordinator/explain/run_history.h"
+#include "coordinator/explain/run_record.h"
 
 #include <algorithm>
 #include <cmath>
@@ -36,7 +36,7 @@ int GetSmall(const Json& object, const char* name) {
 
 class EventReader {
  public:
-  explicit EventReader(RunHistory* history) : history_(*history) {}
+  explicit EventReader(RunRecord* record) : history_(*record) {}
 
   void Read(const Json& event) {
     const std::string name = GetText(event, "event");
@@ -89,51 +89,51 @@ class EventReader {
     return requests->size();
   }
 
-  RunHistory& history_;
+  RunRecord& history_;
 };
 
-void ReadInfo(const RunDirectory& run, RunHistory* history) {
+void ReadInfo(const RunDirectory& run, RunRecord* record) {
   const Json info = Json::parse(ReadFile(run.info_path()), nullptr, false);
   if (!info.is_object()) return;
-  history->scenario = GetText(info, "scenario");
-  history->method = GetText(info, "method");
-  history->host = GetText(info, "host");
-  history->started = GetText(info, "started_utc");
-  history->seed = GetCount(info, "seed");
+  record->scenario = GetText(info, "scenario");
+  record->method = GetText(info, "method");
+  record->host = GetText(info, "host");
+  record->started = GetText(info, "started_utc");
+  record->seed = GetCount(info, "seed");
   if (const auto identity = info.find("identity"); identity != info.end() && identity->is_object()) {
-    history->engine = GetText(*identity, "engine");
+    record->engine = GetText(*identity, "engine");
   }
 }
 
 }  // namespace
 
-std::size_t RunHistory::FindLife(double time_s) const {
+std::size_t RunRecord::FindLife(double time_s) const {
   std::size_t life = 0;
   while (life + 1 < lives.size() && lives[life + 1].begin_s < time_s) ++life;
   return life;
 }
 
-RunHistory ReadHistory(const RunDirectory& run) {
-  RunHistory history;
-  ReadInfo(run, &history);
+RunRecord ReadRunRecord(const RunDirectory& run) {
+  RunRecord record;
+  ReadInfo(run, &record);
   const std::string rollouts = ReadFile(run.rollouts_path());
   // The columns came with the events that tell why.
-  history.tells_why = rollouts.substr(0, rollouts.find('\n')).ends_with(",waited_s,held_s");
-  history.answers = ReadRollouts(run.rollouts_path());
+  record.tells_why = rollouts.substr(0, rollouts.find('\n')).ends_with(",waited_s,held_s");
+  record.answers = ReadRollouts(run.rollouts_path());
   if (std::filesystem::exists(run.events_path())) {
-    EventReader reader(&history);
+    EventReader reader(&record);
     std::istringstream lines(ReadFile(run.events_path()));
     for (std::string line; std::getline(lines, line);) {
       const Json event = Json::parse(line, nullptr, false);
       if (event.is_object()) reader.Read(event);
     }
   }
-  for (const RolloutRow& answer : history.answers) {
-    if (history.lives.empty()) break;
-    RecordedLife& life = history.lives[history.FindLife(answer.time_s)];
+  for (const RolloutRow& answer : record.answers) {
+    if (record.lives.empty()) break;
+    RecordedLife& life = record.lives[record.FindLife(answer.time_s)];
     if (answer.time_s > life.end_s) life.end_s = answer.time_s;
   }
-  return history;
+  return record;
 }
 
 std::vector<TriedDesign> ReadTriedDesigns(const RunDirectory& run, const std::vector<std::string>& names) {

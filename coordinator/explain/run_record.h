@@ -45,7 +45,7 @@ struct GoneWorker {
   std::size_t held = 0;  // requests
 };
 
-struct RunHistory {
+struct RunRecord {
   std::string scenario, method, host, started, engine;  // of run.json; empty where it does not tell
   std::int64_t seed = 0;
   std::vector<RecordedLife> lives;
@@ -63,7 +63,7 @@ struct RunHistory {
 };
 
 // Throws std::system_error when run.json or rollouts.csv cannot be read; lines that are damaged are left out.
-RunHistory ReadHistory(const RunDirectory& run);
+RunRecord ReadRunRecord(const RunDirectory& run);
 
 // The designs that the run has tried, for telling whose request is whose: (batch, evaluation) and all d values, from
 // metrics.csv. Empty when there is none, or its columns are not `names`.

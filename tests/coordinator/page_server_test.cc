@@ -1,0 +1,33 @@
+#include "coordinator/watch/page_server.h"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+namespace knap {
+namespace {
+
+TEST(PageServerTest, ReadsAddresses) {
+  const ListenAddress here = ParseListenAddress("127.0.0.1:8080");
+  EXPECT_EQ(here.host, "127.0.0.1");
+  EXPECT_EQ(here.port, 8080);
+  const ListenAddress six = ParseListenAddress("[::1]:0");
+  EXPECT_EQ(six.host, "::1");
+  EXPECT_EQ(six.port, 0);
+  for (const char* wrong : {"", "8080", "localhost", "localhost:", ":8080", "[]:80", "localhost:port", "localhost:-1",
+                            "localhost:65536", "localhost:80x", "localhost:99999999999"}) {
+    EXPECT_THROW(ParseListenAddress(wrong), std::invalid_argument) << wrong;
+  }
+}
+
+TEST(PageServerTest, SaysWhatKeepsItFromServing) {
+  const ServedPage content{[] { return std::string(); }, [](const std::string&) { return std::string(); }};
+  const PageServer first({}, content);
+  const ListenAddress taken =
+      ParseListenAddress(first.url().substr(sizeof("http://") - 1, first.url().size() - sizeof("http://")));
+  EXPECT_THROW(PageServer(taken, content), std::runtime_error);
+  EXPECT_THROW(PageServer({"no.such.host.invalid", 0}, content), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace knap
