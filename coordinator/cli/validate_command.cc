@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <exception>
+#include <map>
 #include <memory>
 #include <string>
 #include <system_error>
@@ -17,6 +18,8 @@
 #include "coordinator/run/usage_error.h"
 #include "lcmtypes/program/standard_streams.h"
 #include "lcmtypes/wire/text.h"
+#include "sim/geometry/mesh_io.h"
+#include "sim/geometry/mesh_refinement.h"
 #include "sim/rollout/built_scene.h"
 #include "sim/rollout/design_corners.h"
 #include "sim/rollout/rollout.h"
@@ -56,11 +59,22 @@ std::string FormatMeasures(const TriangleMesh& mesh) {
   return fmt::format("{:.2f} x {:.2f} x {:.2f} mm, {:.3f} cm^3", mm.x(), mm.y(), mm.z(), 1e6 * CalcSignedVolume(mesh));
 }
 
-// How large each designed body is as it is on file, and with each of its parameters alone at either bound.
-void ListMeasures(const Scene& scene, const SceneDesign& design) {
-  for (const std::string& body : design.bodies()) {
+std::string FormatFineness(const TriangleMesh& mesh) {
+  return fmt::format("{} triangles, edges up to {:.2f} mm", mesh.triangles.size(), 1e3 * CalcLongestEdge(mesh));
+}
+
+// How large and how fine each designed body is as it is on file, and with each of its parameters alone at either bound.
+void ListMeasures(const Scene& scene, const std::map<std::string, std::string>& files, const SceneDesign& design) {
+  for (const DesignedBody& designed : scene.design->bodies) {
+    const std::string& body = designed.name;
     const CageDesign& cage = *design.Find(body);
-    WriteOutput(fmt::format("{}: {} as on file\n", body, FormatMeasures(cage.initial_mesh())));
+    const TriangleMesh on_file = ReadMesh(designed.mesh, files.at(designed.mesh), designed.mesh_unit);
+    WriteOutput(
+        fmt::format("{}: {} as on file, {}\n", body, FormatMeasures(cage.initial_mesh()), FormatFineness(on_file)));
+    if (designed.refine > 0.0) {
+      WriteOutput(fmt::format("  {:<20} {:>9} {}\n", "refine", fmt::format("{:.6g} mm", 1e3 * designed.refine),
+                              FormatFineness(cage.initial_mesh())));
+    }
     for (std::size_t i = 0; i < scene.design->parameters.size(); ++i) {
       const auto k = static_cast<Eigen::Index>(i);
       if (cage.dm_dtheta().col(k).isZero(0.0)) continue;
@@ -109,7 +123,7 @@ int RunValidate(const ValidateFlags& flags) {
     if (HasParameters(scene)) MakeLearningOptions(scene);
     ListPieces(flags.config, scene, model.source().meshes());
     if (model.design()) WarnOfFoldedCorners(flags.config, scene, *model.design());
-    if (model.design()) ListMeasures(scene, *model.design());
+    if (model.design()) ListMeasures(scene, scenario.files, *model.design());
   } catch (const std::system_error&) {
     throw;  // what stdout does not take is no fault of the file
   } catch (const std::exception& error) {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <map>
 #include <utility>
 #include <vector>
@@ -51,12 +50,12 @@ void AddReplays(const ReportSource& source, const std::function<void(int, int)>&
   const int total = CountReplays(static_cast<std::int64_t>(order.size()));
   Json replays = Json::array();
   std::size_t bytes = 0;
-  for (std::size_t k = 0; 2 * k < static_cast<std::size_t>(total) && bytes < kMostBytes; ++k) {
+  for (std::size_t k = 0; static_cast<int>(replays.size()) < total && bytes < kMostBytes; ++k) {
     for (Json& replay : MakeReplaysJson(source, source.tests, order[k], page)) {
       bytes += replay.dump().size();
       replays.push_back(std::move(replay));
     }
-    if (progress) progress(static_cast<int>(2 * (k + 1)), total);
+    if (progress) progress(static_cast<int>(replays.size()), total);
   }
   (*page)["replays"] = std::move(replays);
 }

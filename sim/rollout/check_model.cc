@@ -19,6 +19,7 @@
 #include "sim/morphology/cage_fit.h"
 #include "sim/policy/weights_file.h"
 #include "sim/rollout/build_body.h"
+#include "sim/rollout/designed_mesh.h"
 #include "sim/rollout/fixed_meshes.h"
 #include "sim/rollout/vertex_groups.h"
 #include "sim/scenarios/check_actuation.h"
@@ -140,10 +141,7 @@ class ModelChecker {
     const std::optional<TriangleMesh> mesh = CheckMesh(path + ".mesh", unit, body.mesh, body.mesh_unit);
     const std::optional<TriangleMesh> cage = CheckMesh(path + ".cage", unit, body.cage, body.mesh_unit);
     if (!cage) return;
-    if (mesh && FindDefects(*mesh).empty() && FindDefects(*cage).empty()) {
-      const std::string misfit = DescribeMisfit(*mesh, *cage);
-      if (!misfit.empty()) Report({path + ".mesh", path + ".cage", path + ".mesh_unit"}, misfit);
-    }
+    if (mesh && FindDefects(*mesh).empty() && FindDefects(*cage).empty()) CheckFit(path, body, *mesh, *cage);
     const std::size_t count = cage->vertices.size();
     for (const VertexGroup& group : body.vertex_groups) {
       for (std::size_t k = 0; k < group.vertices.size(); ++k) {
@@ -155,6 +153,19 @@ class ModelChecker {
         Report({fmt::format("{}.vertex_groups.{}.{}", path, group.name, group.box ? "box" : "plane"), path + ".cage"},
                "has none of the cage's vertices");
       }
+    }
+  }
+
+  void CheckFit(const std::string& path, const DesignedBody& body, const TriangleMesh& mesh, const TriangleMesh& cage) {
+    const std::string misfit = DescribeMisfit(mesh, cage);
+    if (!misfit.empty()) return Report({path + ".mesh", path + ".cage", path + ".mesh_unit"}, misfit);
+    if (body.refine == 0.0 || log_.HasFailedNear(path + ".refine")) return;
+    try {
+      // Between vertices the mesh may reach out of a cage that is not convex.
+      const std::string refined_misfit = DescribeMisfit(RefineDesignedMesh(body, mesh), cage);
+      if (!refined_misfit.empty()) Report({path + ".refine", path + ".mesh", path + ".cage"}, refined_misfit);
+    } catch (const std::runtime_error& error) {
+      Report({path + ".refine"}, error.what());
     }
   }
 

@@ -10,6 +10,7 @@
 #include <variant>
 
 #include "sim/geometry/mesh_io.h"
+#include "sim/rollout/designed_mesh.h"
 #include "sim/rollout/vertex_groups.h"
 
 namespace knap {
@@ -40,7 +41,7 @@ std::vector<VertexMove> MakeMoves(const Design& design, const DesignedBody& body
 
 CageDesign MakeCageDesign(const Design& design, const DesignedBody& body, const VectorXd& initial,
                           const std::map<std::string, std::string>& files) try {
-  TriangleMesh mesh = ReadMesh(body.mesh, files.at(body.mesh), body.mesh_unit);
+  TriangleMesh mesh = RefineDesignedMesh(body, ReadMesh(body.mesh, files.at(body.mesh), body.mesh_unit));
   TriangleMesh cage = ReadMesh(body.cage, files.at(body.cage), body.mesh_unit);
   const std::vector<VertexMove> moves = MakeMoves(design, body, cage);
   return CageDesign(std::move(mesh), std::move(cage), initial, moves);

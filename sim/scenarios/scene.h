@@ -215,6 +215,7 @@ struct DesignedBody {
   std::string mesh;         // file, relative to the scenario's
   std::string cage;         // file, relative to the scenario's
   double mesh_unit = 1e-3;  // length of one unit of both files [m]
+  double refine = 0.0;      // longest edge of the mesh, whose triangles are split [m]; 0: as on file
   std::vector<VertexGroup> vertex_groups;
   std::vector<CageMove> moves;  // none: the mesh is as on file
 };

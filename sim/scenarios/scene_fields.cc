@@ -291,6 +291,13 @@ static void VisitFields(FieldVisitor& v, DesignedBody& b) {
   v.Text({.key = "cage", .doc = "closed triangle mesh around it, in B", .role = TextRole::kFile}, b.cage);
   v.Number({.key = "mesh_unit", .doc = "length of one unit of both files", .dimension = kLength, .range = kPositive},
            b.mesh_unit);
+  v.Number({.key = "refine",
+            .doc = "longest edge: triangles of the mesh with longer ones are split, so that it bends with its cage; "
+                   "0: as on file",
+            .required = false,
+            .dimension = kLength,
+            .range = kNonNegative},
+           b.refine);
   v.StructList({.key = "vertex_groups", .doc = "named sets of cage vertices", .required = false}, b.vertex_groups);
   v.StructList(
       {.key = "moves", .doc = "cage = cage on file + what the parameters' changes do to it", .required = false},

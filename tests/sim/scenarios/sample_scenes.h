@@ -156,6 +156,7 @@ design:
       mesh: meshes/tool.obj
       cage: meshes/tool_cage.obj
       mesh_unit: 1 mm
+      refine: 2 mm
       vertex_groups:
         - {name: left, vertices: [0, 1, 2, 3]}
         - {name: right, vertices: [4, 5]}
