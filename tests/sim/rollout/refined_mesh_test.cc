@@ -11,6 +11,7 @@
 
 #include "sim/geometry/mesh_refinement.h"
 #include "sim/rollout/rollout.h"
+#include "sim/rollout/scene_design.h"
 #include "sim/scenarios/scenario_files.h"
 #include "tests/sim/rollout/box_mesh.h"
 #include "tests/sim/rollout/differences.h"
