@@ -43,6 +43,12 @@ std::string FormatSpan(double seconds) {
 
 double CalcComputing(const RolloutRow& answer) { return answer.forward_s + answer.gradient_s; }
 
+std::string DescribeComputing(const RolloutRow& answer) {
+  constexpr double kNothing_s = 1e-5;  // it takes a while to find that there is nothing to do
+  return FormatSpan(answer.forward_s) + " forward" +
+         (answer.gradient_s > kNothing_s ? " and " + FormatSpan(answer.gradient_s) + " gradient" : "");
+}
+
 std::string DescribeGone(const std::string& why) {
   for (const Words& words : kWords) {
     if (why == words.why) return words.gone;

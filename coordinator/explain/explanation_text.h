@@ -24,6 +24,8 @@ std::string FormatSpan(double seconds);
 
 // What the worker measured itself; NaN where it is not recorded.
 double CalcComputing(const RolloutRow& answer);
+// "30 ms forward and 6 ms gradient"; nothing of a gradient that was not asked for.
+std::string DescribeComputing(const RolloutRow& answer);
 
 // What a TroubleKind's name in events.jsonl means: what the worker did, as "was not heard any more", and what it was
 // for a request, as "its worker was not heard any more". An unknown one as it is.

@@ -56,7 +56,7 @@ void AddTheta(const ExplainedRun& run, const std::optional<RequestOrigin>& origi
     return;
   }
   text->Add("theta", origin->design.empty()
-                         ? fmt::format("of batch {}, evaluation {}", origin->batch, origin->evaluation + 1)
+                         ? fmt::format("of batch {}, evaluation {} in metrics.csv", origin->batch, origin->evaluation)
                          : fmt::format("the {} design", origin->design));
   if (!origin->reference.empty()) {
     text->Add("theta", fmt::format("compared with what batch {} began with", origin->reference_batch));
@@ -80,8 +80,7 @@ std::string DescribeLoss(const RequestSetback& lost) {
 std::string DescribeAnswer(const RolloutRow& answer) {
   std::string text = fmt::format("answered at {}", FormatInstant(answer.time_s));
   if (answer.held_s >= 0.0) text += fmt::format(" after {}", FormatSpan(answer.held_s));
-  return text + fmt::format(", of which {} forward and {} gradient", FormatSpan(answer.forward_s),
-                            FormatSpan(answer.gradient_s));
+  return text + ", of which " + DescribeComputing(answer);
 }
 
 // Of two copies the one that did not answer.

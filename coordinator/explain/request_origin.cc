@@ -73,7 +73,7 @@ std::optional<int> FindTestVariation(const std::vector<double>& variation, const
 
 std::string DescribeVariationNumber(const RolloutRow& answer, const RunNames& names) {
   const auto describe = [](const char* what, std::optional<int> i, int count) {
-    return i ? fmt::format("{} variation {} of {}", what, *i, count) : "";
+    return i ? fmt::format("{} variation {} of 0 to {}", what, *i, count - 1) : "";
   };
   const LearningOptions& learning = names.learning;
   if (answer.kind == "test") return describe("test", FindTestVariation(answer.variation, names), names.tests);

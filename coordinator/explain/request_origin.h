@@ -33,7 +33,7 @@ struct RunNames {
 
 struct RequestOrigin {
   std::string design;             // "initial" or "learned"; else empty
-  int batch = 0, evaluation = 0;  // otherwise the first in which this design was tried
+  int batch = 0, evaluation = 0;  // otherwise the first in which this design was tried, as in metrics.csv
   std::vector<double> theta;      // all d values
   std::vector<double> reference;  // of a distillation, likewise
   int reference_batch = 0;        // which began with it
@@ -43,7 +43,8 @@ struct RequestOrigin {
 // Empty when no design that the run has recorded makes this request.
 std::optional<RequestOrigin> FindOrigin(const RolloutRow& answer, const RunNames& names);
 
-// "test variation 7 of 200" and the like, or empty when it is none of those that the kind of the answer draws from.
+// "test variation 7 of 0 to 199" and the like, or empty when it is none of those that the kind of the answer draws
+// from.
 std::string DescribeVariationNumber(const RolloutRow& answer, const RunNames& names);
 
 // The number of a test variation with these values.

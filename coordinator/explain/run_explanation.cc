@@ -141,9 +141,8 @@ void AddSlowest(const RunRecord& record, Explanation* text) {
                    [](const RolloutRow* a, const RolloutRow* b) { return CalcComputing(*a) > CalcComputing(*b); });
   for (std::size_t i = 0; i < std::min(rows.size(), kMostSlow); ++i) {
     const RolloutRow& row = *rows[i];
-    text->Add("slowest", fmt::format("{}  {:>8} on {} ({} forward, {} gradient), {}", row.id.substr(0, kShort),
-                                     FormatSpan(CalcComputing(row)), row.worker, FormatSpan(row.forward_s),
-                                     FormatSpan(row.gradient_s), row.kind));
+    text->Add("slowest", fmt::format("{}  {:>8} on {} ({}), {}", row.id.substr(0, kShort),
+                                     FormatSpan(CalcComputing(row)), row.worker, DescribeComputing(row), row.kind));
   }
   text->Add("slowest", fmt::format("half of all take less than {}", FormatSpan(CalcComputing(*rows[rows.size() / 2]))));
 }

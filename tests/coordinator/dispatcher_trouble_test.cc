@@ -68,7 +68,7 @@ TEST_F(DispatcherTroubleTest, TheDeadAreNamedWithWhatTheyHeld) {
     const TroubleKind kind = cause == DeathCause::kFault ? TroubleKind::kFaulted : TroubleKind::kDied;
     ASSERT_EQ(Find(kind).size(), 1u);
     EXPECT_EQ(troubles_.size(), Find(kind).size() + Find(TroubleKind::kStraggler).size());
-    const RequestTrouble& death = Find(kind).front();
+    const RequestTrouble death = Find(kind).front();
     EXPECT_EQ(death.worker, "a");
     EXPECT_EQ(death.host, "simulated");
     ASSERT_EQ(death.requests.size(), 2u);  // one ran, one waited
@@ -125,7 +125,7 @@ TEST_F(DispatcherTroubleTest, ASecondCopyNamesBoth) {
   cluster.StartWorker("fast", 20'000);
   ExpectRight(&cluster, SimulatedCluster::MakeQueries(30));
   ASSERT_EQ(Find(TroubleKind::kStraggler).size(), 1u);
-  const RequestTrouble& copy = Find(TroubleKind::kStraggler).front();
+  const RequestTrouble copy = Find(TroubleKind::kStraggler).front();
   EXPECT_EQ(copy.worker, "slow");
   EXPECT_EQ(copy.helper, "fast");
   ASSERT_EQ(copy.requests.size(), 1u);

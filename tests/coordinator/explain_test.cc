@@ -90,12 +90,13 @@ TEST_F(ExplainTest, ACalmRunHasNothingToExplain) {
   Answer(test);
   Record(2.5, "done", {{"wall_s", 2.5}});
   const ExplainedRun run = Read();
-  EXPECT_THAT(ExplainRun(run),
-              AllOf(HasSubstr("run        runs/one: pushing, ours, seed 3, begun 2025-01-31T23:59:59Z on box\n"),
-                    HasSubstr("life       0:00 to 0:02, done\n"), HasSubstr("requests   2 answered: 1 task, 1 test\n"),
-                    HasSubstr("again      none\n"), HasSubstr("workers    none was lost\n"),
-                    HasSubstr("slowest    aaaa2222bbbb   2.506 s on local-2 (2.500 s forward, 6 ms gradient), test\n"),
-                    HasSubstr("now        it has ended\n")));
+  EXPECT_THAT(
+      ExplainRun(run),
+      AllOf(HasSubstr("run        runs/one: pushing, ours, seed 3, begun 2025-01-31T23:59:59Z on box\n"),
+            HasSubstr("life       0:00 to 0:03, done\n"), HasSubstr("requests   2 answered: 1 task, 1 test\n"),
+            HasSubstr("again      none\n"), HasSubstr("workers    none was lost\n"),
+            HasSubstr("slowest    aaaa2222bbbb   2.506 s on local-2 (2.500 s forward and 6 ms gradient), test\n"),
+            HasSubstr("now        it has ended\n")));
   const std::string one = ExplainRequest(run, MakeId("aaaa1111bbbb"));
   EXPECT_THAT(one,
               AllOf(HasSubstr("request    " + MakeId("aaaa1111bbbb") + "\n"),
@@ -297,19 +298,23 @@ TEST_F(ExplainTest, ThetaAndVariationAreNamed) {
   const std::string unknown = make_row("task", {0.05, 2.5}, {}, {0.25, 0.5}, true);
   ExplainedRun run = Read();
   run.names = names;
-  EXPECT_THAT(ExplainRequest(run, task),
-              AllOf(HasSubstr("kind       task, with gradient\n"), HasSubstr("variation  training variation 3 of 10\n"),
-                    HasSubstr(fmt::format("           bodies.pea.position[0] {:.6g} mm\n", 1e3 * training[0])),
-                    HasSubstr(fmt::format("           pea.angle {:.6g} rad\n", training[1])),
-                    HasSubstr("theta      of batch 1, evaluation 2\n           depth 30.00 mm\n           gain 2\n"),
-                    HasSubstr("loss 12.5 mm², success\n")));
+  EXPECT_THAT(
+      ExplainRequest(run, task),
+      AllOf(HasSubstr("kind       task, with gradient\n"), HasSubstr("variation  training variation 3 of 0 to 9\n"),
+            HasSubstr(fmt::format("           bodies.pea.position[0] {:.6g} mm\n", 1e3 * training[0])),
+            HasSubstr(fmt::format("           pea.angle {:.6g} rad\n", training[1])),
+            HasSubstr(
+                "theta      of batch 1, evaluation 1 in metrics.csv\n           depth 30.00 mm\n           gain 2\n"),
+            HasSubstr("loss 12.5 mm², success\n")));
   EXPECT_THAT(
       ExplainRequest(run, distillation),
-      AllOf(HasSubstr("theta      of batch 2, evaluation 2\n           compared with what batch 2 began with\n"),
-            HasSubstr("loss 12.5 (distillation)\n")));
+      AllOf(
+          HasSubstr(
+              "theta      of batch 2, evaluation 1 in metrics.csv\n           compared with what batch 2 began with\n"),
+          HasSubstr("loss 12.5 (distillation)\n")));
   EXPECT_THAT(ExplainRequest(run, test),
               AllOf(HasSubstr("kind       test\n"), HasSubstr("theta      the learned design\n"),
-                    HasSubstr("variation  test variation 7 of 20\n"),
+                    HasSubstr("variation  test variation 7 of 0 to 19\n"),
                     HasSubstr("again      knap rollout runs/one --theta learned --variation 7\n")));
   EXPECT_THAT(ExplainRequest(run, unknown),
               AllOf(HasSubstr("theta      of none of the evaluations"), HasSubstr("           pea.angle 0.5 rad\n"),
