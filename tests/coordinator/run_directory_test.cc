@@ -270,9 +270,9 @@ TEST(RunLogsTest, RolloutsGoOnAfterACrash) {
       ElementsAre("id,kind,variation,worker,attempt,loss,success,converged,gradient_reliable,loss_error,penetration,"
                   "largest_force,distrust,time_s,forward_s,gradient_s,waited_s,held_s",
                   "ab12,task,0.01 -0.02,\"node \"\"7\"\", a\",2,0.25,1,1,1,0.5,0.75,2.5,\"pea and tool, "
-                  "both\",1.500000,0.01,0.005,0.75,",
+                  "both\",1.500000,0.01,0.005,0.750000,",
                   "ab12,task,0.01 -0.02,\"node \"\"7\"\", a\",2,0.25,1,1,1,0.5,0.75,2.5,\"pea and tool, "
-                  "both\",1.500000,0.01,0.005,0.75,"));
+                  "both\",1.500000,0.01,0.005,0.750000,"));
 }
 
 TEST(RunLogsTest, EventsAreOneObjectALine) {
