@@ -120,7 +120,9 @@ TEST(ProgressTest, LineShowsEverything) {
   state.loss_unit = " mm²";
   EXPECT_THAT(FormatProgressLine(state), HasSubstr("  loss 0.01235 mm²  best 0.011 mm²  "));
   state.loss.reset();
-  EXPECT_THAT(FormatProgressLine(state), HasSubstr("  loss -  "));
+  EXPECT_THAT(FormatProgressLine(state), HasSubstr("  rejected  best 0.011 mm²  "));
+  state.evaluation = 0;
+  EXPECT_THAT(FormatProgressLine(state), Not(HasSubstr("rejected")));
   state.phase = ProgressPhase::kTesting;
   state.tests = 200;
   state.tested = 50;
@@ -150,7 +152,7 @@ TEST(ProgressTest, LineSaysInWordsWhatGoesOn) {
   expect("report: replay 12 of 48");
   EXPECT_THAT(FormatProgressLine(state), Not(HasSubstr("workers")));
   state.phase = ProgressPhase::kDone;
-  expect("done in 1:10");
+  expect("done");
   EXPECT_THAT(FormatProgressLine(state), Not(HasSubstr("left")));
   state = MakeState();
   state.phase = ProgressPhase::kCounting;
@@ -226,7 +228,7 @@ TEST(ProgressTest, AWholeRunIsOneBarThatNeverGoesBack) {
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 0);
   reporter.Finish(run.back());
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1);
-  EXPECT_THAT(text.substr(text.rfind('\r')), HasSubstr("] 100% done in "));
+  EXPECT_THAT(text.substr(text.rfind('\r')), HasSubstr("] 100% done "));
 }
 
 TEST(ProgressTest, BarFitsEveryWidthAndSaysWhatGoesOn) {
@@ -251,8 +253,8 @@ TEST(ProgressTest, BarDropsTheLeastImportant) {
             "pushing ours [#############...........................]  32% learning: batch 7 of 20 2:25 left "
             "loss 0.01235 mm² best 0.011 mm² evaluation 10 workers 2/2 812 rollouts 3 given again");
   EXPECT_EQ(FormatProgressBar(state, 79, false),
-            "[######...............]  32% learning: batch 7 of 20 2:25 left loss 0.01235 mm²");
-  EXPECT_EQ(FormatProgressBar(state, 39, false), "[###........]  32% batch 7/20 2:25 left");
+            "[######.............]  32% learning: batch 7 of 20 2:25 left loss 0.01235 mm²");
+  EXPECT_EQ(FormatProgressBar(state, 39, false), "[##.......]  32% batch 7/20 2:25 left");
   EXPECT_EQ(FormatProgressBar(state, 19, false), "[#....]  32% learns");
 }
 
