@@ -110,7 +110,8 @@ std::string MakePaint(const std::string& text, const char* colour, bool enabled)
 double CalcDonePart(const ProgressState& state) {
   const auto rollouts = static_cast<double>(state.rollouts);
   const auto tests = static_cast<double>(state.tests);
-  const double report = state.replay_cost * state.replays;
+  // Then the page is put together, which counts as one more.
+  const double report = state.replays > 0 ? state.replay_cost * (state.replays + 1) : 0.0;
   double done = 0.0;
   switch (state.phase) {
     case ProgressPhase::kLearning:
