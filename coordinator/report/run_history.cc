@@ -99,7 +99,7 @@ void RunHistory::ReadRollouts() {
     const std::string& kind = table.Get(i, "kind");
     const double duration_s = table.GetNumber(i, "forward_s") + table.GetNumber(i, "gradient_s");
     rollouts_.push_back({FindPlace(table.Get(i, "worker"), &workers_), FindPlace(kind, &kinds_),
-                         static_cast<int>(table.GetNumber(i, "attempt")), table.GetNumber(i, "time_s"), duration_s});
+                         table.GetNumber(i, "attempt"), table.GetNumber(i, "time_s"), duration_s});
     // Tests and validations ask for no gradient.
     if (kind != "test" && kind != "validation") {
       ++gradients_;
@@ -148,7 +148,7 @@ Json RunHistory::MakeTimelineJson() const {
     kind.push_back(kinds_[static_cast<std::size_t>(rollout.kind)]);
     end_s.push_back(MakeJsonNumber(rollout.end_s));
     duration_s.push_back(MakeJsonNumber(rollout.duration_s));
-    attempt.push_back(rollout.attempt);
+    attempt.push_back(MakeJsonNumber(rollout.attempt));
   }
   // What the other charts show is left out.
   constexpr std::array<const char*, 5> kToldElsewhere = {"batch_start", "batch_box", "batch_end", "validation", "test"};

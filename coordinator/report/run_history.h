@@ -36,8 +36,8 @@ class RunHistory {
       "best_loss", "accepted", "successes", "rollouts",  "untrusted"};
 
   struct Rollout {
-    int worker, kind, attempt;  // the first two by their places in workers_ and kinds_
-    double end_s, duration_s;
+    int worker, kind;  // by their places in workers_ and kinds_
+    double attempt, end_s, duration_s;
   };
 
   void ReadEvents();

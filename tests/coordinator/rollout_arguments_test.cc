@@ -115,7 +115,9 @@ const std::string kPushing = KNAP_CONFIGS "/pushing.yaml";
 TEST(ValidateCommand, SumsUpWhatIsRight) {
   const std::string summary = Validate({kPushing, "rollout.horizon=100 ms"});
   // The bar on file, and what one of its parameters does at either bound.
-  EXPECT_THAT(summary, testing::StartsWith("pusher: 104.00 x 12.00 x 20.00 mm, 24.960 cm^3 as on file\n"));
+  EXPECT_THAT(summary,
+              testing::StartsWith("pusher: 104.00 x 12.00 x 20.00 mm, 24.960 cm^3 as on file, 880 triangles, edges "
+                                  "up to 11.66 mm\n"));
   EXPECT_THAT(summary, testing::ContainsRegex("  middle_width +30 mm 90.*\n +50 mm 110.00 x 12.00 x 20.00 mm"));
   EXPECT_THAT(summary, testing::EndsWith(kPushing +
                                          ": valid: 3 bodies, 2 contacts, 7 design parameters, 2 varied keys, 10 steps "

@@ -260,18 +260,19 @@ TEST(RunLogsTest, RolloutsGoOnAfterACrash) {
                        .largest_force = 2.5,
                        .distrust = "pea and tool, both",
                        .forward_s = 0.01,
-                       .gradient_s = 0.005};
+                       .gradient_s = 0.005,
+                       .waited_s = 0.75};
   { RolloutLog(folder / "rollouts.csv").Append(row); }
   std::ofstream(folder / "rollouts.csv", std::ios::app) << "cd34,task,0.";  // killed in the middle of a line
   { RolloutLog(folder / "rollouts.csv").Append(row); }
   EXPECT_THAT(
       ReadLines(folder / "rollouts.csv"),
       ElementsAre("id,kind,variation,worker,attempt,loss,success,converged,gradient_reliable,loss_error,penetration,"
-                  "largest_force,distrust,time_s,forward_s,gradient_s",
+                  "largest_force,distrust,time_s,forward_s,gradient_s,waited_s,held_s",
                   "ab12,task,0.01 -0.02,\"node \"\"7\"\", a\",2,0.25,1,1,1,0.5,0.75,2.5,\"pea and tool, "
-                  "both\",1.500000,0.01,0.005",
+                  "both\",1.500000,0.01,0.005,0.750000,",
                   "ab12,task,0.01 -0.02,\"node \"\"7\"\", a\",2,0.25,1,1,1,0.5,0.75,2.5,\"pea and tool, "
-                  "both\",1.500000,0.01,0.005"));
+                  "both\",1.500000,0.01,0.005,0.750000,"));
 }
 
 TEST(RunLogsTest, EventsAreOneObjectALine) {

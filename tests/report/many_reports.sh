@@ -12,12 +12,13 @@ mapfile -t configs < <(realpath "$@")
 work=$(mktemp -d)
 trap 'rm -rf -- "$work"' EXIT
 cd -- "$work"
-little=(learning.variations=4 learning.batch=2 learning.max_evaluations=3 evaluation.variations=8 --quiet)
+little=(learning.variations=4 learning.batch=2 learning.max_evaluations=3 evaluation.variations=12 --quiet)
 
 for config in "${configs[@]}"; do
   run=$(basename -- "$config" .yaml)
   "$knap" learn "$config" --out "$run" "${little[@]}"
   "$knap" evaluate "$run" --quiet --csv "$run.csv" >/dev/null
+  rm -f -- *-*.csv
   for design in initial learned; do
     "$knap" rollout "$run" --theta "$design" --variation 0 --trajectory "$design-0.csv" >/dev/null
     "$knap" rollout "$run" --theta "$design" --variation 5 --trajectory "$design-5.csv" >/dev/null

@@ -10,6 +10,21 @@ window.test = {
   time: () => parseFloat(document.querySelector("#replay .clock").textContent),
   end: () => parseFloat(document.querySelector("#replay .clock").textContent.split("/")[1]),
   playing: () => document.querySelector("#replay .play").getAttribute("aria-label") === "Pause",
+  // When the contacts of the rollouts that are shown press the most; null where nothing touches.
+  timeOfForce: () => {
+    const row = Number(document.querySelector("#replay button.choose[aria-current=true]").dataset.row);
+    const { replays } = JSON.parse(document.getElementById("data").textContent);
+    let [time, largest] = [null, 0];
+    for (const replay of replays.filter((one) => one.variation === row)) {
+      const recording = new knap.Recording(replay, 0);
+      for (const force of recording.forces) {
+        recording.forceSizes(force).forEach((size, i) => {
+          if (size > largest) [time, largest] = [recording.times[i], size];
+        });
+      }
+    }
+    return time;
+  },
   ids: () => [...document.querySelectorAll("#replay .id")].map((node) => node.textContent).join(),
   // Pixels of a strong colour, as tools have and the ground has not. Those that are nearly clear are left out:
   // their colours are rounded to anything.

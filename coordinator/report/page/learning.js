@@ -48,8 +48,10 @@
 
   function charts(evaluations, batches, lossUnit, hasSuccess) {
     const common = { xLabel: "evaluation", borders: bordersOf(evaluations) };
+    // What is zero throughout, as distillation may be, has no place on a logarithmic axis.
     const losses = lossSeries.map(([field, name, style]) => series(evaluations, field, name, style,
-      field === "task_loss" ? { marks: evaluations.accepted } : { stepped: field === "best_loss" })).filter(Boolean);
+      field === "task_loss" ? { marks: evaluations.accepted } : { stepped: field === "best_loss" }))
+      .filter((one) => one?.ys.some((loss) => loss > 0));
     const gradient = series(evaluations, "gradient_norm", "gradient", "task");
     const made = [];
     if (losses.length) {

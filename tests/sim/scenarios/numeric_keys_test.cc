@@ -62,15 +62,21 @@ TEST(ListNumericKeys, PathsAndNumbersAreDistinct) {
   EXPECT_EQ(values.size(), keys.size());
 }
 
+bool PathMayVary(const std::string& path) {
+  NumericKey key;
+  key.path = path;
+  return MayVary(key);
+}
+
 TEST(MayVary, ExcludesTheMachinery) {
-  EXPECT_TRUE(MayVary({.path = "gravity[2]", .dimension = kDimensionless}));
-  EXPECT_TRUE(MayVary({.path = "bodies.pea.shapes[0].radius", .dimension = kDimensionless}));
-  EXPECT_TRUE(MayVary({.path = "success.of[0].when.at", .dimension = kDimensionless}));
-  EXPECT_TRUE(MayVary({.path = "signals.pill_error.targets[0].position[1]", .dimension = kDimensionless}));
-  EXPECT_FALSE(MayVary({.path = "rollout.step", .dimension = kDimensionless}));
-  EXPECT_FALSE(MayVary({.path = "learning.alpha", .dimension = kDimensionless}));
-  EXPECT_FALSE(MayVary({.path = "design.parameters.width.initial", .dimension = kDimensionless}));
-  EXPECT_FALSE(MayVary({.path = "variation[0].lower", .dimension = kDimensionless}));
+  EXPECT_TRUE(PathMayVary("gravity[2]"));
+  EXPECT_TRUE(PathMayVary("bodies.pea.shapes[0].radius"));
+  EXPECT_TRUE(PathMayVary("success.of[0].when.at"));
+  EXPECT_TRUE(PathMayVary("signals.pill_error.targets[0].position[1]"));
+  EXPECT_FALSE(PathMayVary("rollout.step"));
+  EXPECT_FALSE(PathMayVary("learning.alpha"));
+  EXPECT_FALSE(PathMayVary("design.parameters.width.initial"));
+  EXPECT_FALSE(PathMayVary("variation[0].lower"));
 }
 
 }  // namespace

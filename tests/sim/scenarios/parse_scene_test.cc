@@ -87,7 +87,7 @@ const SceneErrorCase kFieldErrors[] = {
      "    shapes: [{type: half_space}]\n    @initial: {}\n  - name: tool",
      "bodies.ground.initial: unknown key; expected one of: name, parent, joint, shapes, inertia"},
     {"DuplicateKey", "evaluation: {variations: 20", "evaluation: {variations: 20, @variations: 21",
-     "evaluation.variations: duplicate key, first given in line 215"},
+     "evaluation.variations: duplicate key, first given in line 216"},
     {"MissingNumber", "{type: solid, mass: 4.2 g}", "@{type: solid}",
      "bodies.pea.inertia.mass: missing; expected a mass with its unit, such as "
      "'4.2 g', more than 0 kg"},
