@@ -62,18 +62,21 @@ Activity MakeActivity(const ProgressState& state) {
     case ProgressPhase::kDone:
       break;
   }
-  return {{"done in " + FormatDuration(state.elapsed_s), "done"}};
+  return {{"done"}};
 }
 
-// Behind what goes on, the most important first.
+// "2:25 left"; empty while nobody can tell, and at the end.
+std::string FormatTimeLeft(const ProgressState& state) {
+  const std::optional<double> left = CalcTimeLeft(state);
+  return left && state.phase != ProgressPhase::kDone ? FormatDuration(*left) + " left" : "";
+}
+
+// Behind these, the most important first.
 std::vector<Figure> MakeFigures(const ProgressState& state) {
   std::vector<Figure> figures;
-  if (const std::optional<double> left = CalcTimeLeft(state); left && state.phase != ProgressPhase::kDone) {
-    figures.push_back({FormatDuration(*left) + " left"});
-  }
-  if (state.phase == ProgressPhase::kLearning && state.batch > 0 && !state.validating) {
-    figures.push_back({"loss " + FormatLoss(state.loss, state.loss_unit)});
-    figures.push_back({"best " + FormatLoss(state.best_loss, state.loss_unit)});
+  if (state.phase == ProgressPhase::kLearning && state.evaluation > 0 && !state.validating) {
+    figures.push_back({state.loss ? "loss " + FormatLoss(state.loss, state.loss_unit) : "rejected"});
+    if (state.best_loss) figures.push_back({"best " + FormatLoss(state.best_loss, state.loss_unit)});
     figures.push_back({fmt::format("evaluation {}", state.evaluation)});
   }
   if (state.phase != ProgressPhase::kReporting && state.phase != ProgressPhase::kDone) {
@@ -107,7 +110,8 @@ std::string MakePaint(const std::string& text, const char* colour, bool enabled)
 double CalcDonePart(const ProgressState& state) {
   const auto rollouts = static_cast<double>(state.rollouts);
   const auto tests = static_cast<double>(state.tests);
-  const double report = state.replay_cost * state.replays;
+  // Then the page is put together, which counts as one more.
+  const double report = state.replays > 0 ? state.replay_cost * (state.replays + 1) : 0.0;
   double done = 0.0;
   switch (state.phase) {
     case ProgressPhase::kLearning:
@@ -164,40 +168,39 @@ std::string FormatLoss(std::optional<double> loss, const std::string& unit) {
 }
 
 std::string FormatProgressBar(const ProgressState& state, int width, bool colour) {
-  constexpr int kFewestCells = 5, kUsualCells = 10, kMostCells = 40;
+  constexpr int kFewestCells = 5, kMostCells = 40, kTitled = 100;
   const std::string percent = FormatPercent(state);
-  const Activity activity = MakeActivity(state);
-  // First of all "[", the least bar, "]", the percentage and the shortest words.
-  const int fewest = std::clamp(width / 5, kFewestCells, kUsualCells);
-  int left = width - fewest - 2 - 1 - CountColumns(percent);
+  // As wide in every state, so that it does not jump.
+  const int cells = std::clamp(width / 4, kFewestCells, kMostCells);
+  const bool titled = width >= kTitled && !state.title.empty();
+  int left = width - cells - 2 - 1 - CountColumns(percent) - (titled ? CountColumns(state.title) + 1 : 0);
   const auto take = [&left](const std::string& text) {
     const int columns = text.empty() ? 0 : CountColumns(text) + 1;
     if (columns > left) return false;
     left -= columns;
     return true;
   };
-  std::string words = activity.words.back();
-  if (!take(words)) return width < CountColumns(percent) ? "" : percent;
-  // Then the first figure, longer words, and the other figures while they fit; what remains widens the bar.
-  const std::vector<Figure> figures = MakeFigures(state);
-  std::size_t count = !figures.empty() && take(figures[0].text) ? 1 : 0;
-  const int given_back = words.empty() ? 0 : CountColumns(words) + 1;
-  left += given_back;
-  for (const std::string& longer : activity.words) {
-    words = longer;
-    if (take(longer)) break;
-  }
-  while (count > 0 && count < figures.size() && take(figures[count].text)) ++count;
-  const bool titled = take(state.title);
-  const int cells = std::min(kMostCells, fewest + left);
-  const auto full = static_cast<std::size_t>(CalcDonePart(state) * cells);
+  const Activity activity = MakeActivity(state);
+  const std::string& shortest = activity.words.back();
+  if (!take(shortest)) return width < CountColumns(percent) ? "" : percent;
+  std::string time_left = FormatTimeLeft(state);
+  if (!take(time_left)) time_left.clear();
+  // Longer words where there is room for them.
+  left += shortest.empty() ? 0 : CountColumns(shortest) + 1;
+  const auto words = std::find_if(activity.words.begin(), activity.words.end(), take);
 
-  std::string line = titled && !state.title.empty() ? state.title + " [" : "[";
+  const auto full = static_cast<std::size_t>(CalcDonePart(state) * cells);
+  std::string line = titled ? state.title + " [" : "[";
   line += MakePaint(std::string(full, '#'), kCyan, colour && full > 0);
   line += std::string(static_cast<std::size_t>(cells) - full, '.') + "] " + percent;
-  if (!words.empty()) line.append(1, ' ').append(MakePaint(words, kYellow, colour && activity.warning));
-  for (std::size_t i = 0; i < count; ++i) {
-    line.append(1, ' ').append(MakePaint(figures[i].text, kYellow, colour && figures[i].warning));
+  const auto add = [&line, colour](const std::string& text, bool warning) {
+    if (!text.empty()) line.append(1, ' ').append(MakePaint(text, kYellow, colour && warning));
+  };
+  add(*words, activity.warning);
+  add(time_left, false);
+  for (const Figure& figure : MakeFigures(state)) {
+    if (!take(figure.text)) break;
+    add(figure.text, figure.warning);
   }
   return line;
 }
@@ -205,6 +208,7 @@ std::string FormatProgressBar(const ProgressState& state, int width, bool colour
 std::string FormatProgressLine(const ProgressState& state) {
   std::string line = fmt::format("{} {}  {:.0f}%  {}", FormatDuration(state.elapsed_s), state.title,
                                  std::floor(100.0 * CalcDonePart(state)), MakeActivity(state).words.front());
+  if (const std::string left = FormatTimeLeft(state); !left.empty()) line += "  " + left;
   for (const Figure& figure : MakeFigures(state)) line += "  " + figure.text;
   return line;
 }

@@ -57,8 +57,9 @@ std::string FormatDuration(double seconds);
 std::string FormatLoss(std::optional<double> loss, const std::string& unit);
 
 // One line without a line end, at most `width` columns: a bar, its percentage, what goes on, in as many words as there
-// is room for, and then as many of the figures as fit, the most important first. Below 19 columns there is no room for
-// a bar, and below 4 for nothing. Escape sequences for colour take no column; without `colour` there are none.
+// is room for, the time left, and then as many of the figures as fit, the most important first. Below 19 columns there
+// is room for the percentage alone, below 4 for nothing. Escape sequences for colour take no column; without `colour`
+// there are none.
 std::string FormatProgressBar(const ProgressState& state, int width, bool colour);
 
 // One complete line for logs, without a line end, colour or control character.
