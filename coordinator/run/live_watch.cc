@@ -19,8 +19,8 @@ namespace {
 constexpr std::int64_t kReplays = 2;
 constexpr std::int64_t kListenUs = 100'000;
 constexpr std::int64_t kForgetEveryUs = 1'000'000;
-constexpr std::int64_t kReadingUs = 6'000'000;  // a page that is open asks every two seconds
-constexpr auto kLongestHandOver = std::chrono::seconds(6);
+constexpr std::int64_t kReadingUs = 60'000'000;  // a page that is open asks every two seconds, on a busy machine later
+constexpr auto kLongestHandOver = std::chrono::seconds(60);
 
 LiveDocument MakeDocument(const LoadedScenario& scenario, const RunDirectory& run, const Problem& problem,
                           RolloutModel& model) {

@@ -38,8 +38,8 @@ class LiveWatch {
 
   const std::string& url() const { return server_->url(); }
 
-  // The run has ended and has its report: whoever has the page open gets that in its place. Waits until they have it,
-  // a few seconds at the most.
+  // The run has ended and has its report: whoever has the page open gets that in its place. Waits until one has it,
+  // where one has asked within the last minute; a minute at the most.
   void HandOver(const std::filesystem::path& report);
 
  private:
