@@ -91,6 +91,9 @@ const SceneErrorCase kRefused[] = {
     {"PlaneWithoutAVertex", "{name: right_tip, vertices: [20, 21, 22, 23]}",
      "{name: right_tip, plane: @{point: [1 m, 0 m, 0 m], normal: [1, 0, 0]}}",
      "design.bodies.pusher.vertex_groups.right_tip.plane: has none of the cage's vertices"},
+    {"RefinedBeyondTheLimit", "mesh_unit: 1 mm", "mesh_unit: 1 mm\n      refine: @1 um",
+     "design.bodies.pusher.refine: value '1 um': more than 20000 triangles would come of the 880 of meshes/pusher.obj; "
+     "0, or 2.1 mm and more are allowed"},
     {"NoMesh", "mesh: meshes/pusher.obj", "mesh: @meshes/make_pusher.py",
      "design.bodies.pusher.mesh: value 'meshes/make_pusher.py': meshes/make_pusher.py: cannot read '.py' files as "
      "meshes; save it as "

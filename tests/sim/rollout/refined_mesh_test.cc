@@ -58,11 +58,12 @@ design:
         - {parameter: width, group: far_side, direction: [0, 1, 0]}
 )";
 
-// A cage with a ring in the middle: vertices 4 to 7.
-std::string MakeCageObj() {
+// A cage with a ring in the middle, from -y to y: vertices 4 to 7.
+std::string MakeCageObj(int middle_y = 11) {
   std::string text;
   for (const int x : {-31, 0, 31}) {
-    for (const auto& [y, z] : {std::pair{-11, -1}, {11, -1}, {11, 4}, {-11, 4}}) {
+    const int side = x == 0 ? middle_y : 11;
+    for (const auto& [y, z] : {std::pair{-side, -1}, {side, -1}, {side, 4}, {-side, 4}}) {
       text += fmt::format("v {} {} {}\n", x, y, z);
     }
   }
@@ -76,12 +77,11 @@ std::string MakeCageObj() {
   return text;
 }
 
-RolloutModel MakeModel(const std::string& refine) {
+RolloutModel MakeModel(const std::string& refine, const std::string& cage = MakeCageObj()) {
   std::string scene = kBallOnPlate;
   if (!refine.empty()) scene.insert(scene.find("      vertex_groups"), "      refine: " + refine + "\n");
-  return RolloutModel({{kScenarioFileName, scene},
-                       {"plate.obj", test::MakeBoxObj(-30, 30, -10, 10, 0, 3)},
-                       {"cage.obj", MakeCageObj()}});
+  return RolloutModel(
+      {{kScenarioFileName, scene}, {"plate.obj", test::MakeBoxObj(-30, 30, -10, 10, 0, 3)}, {"cage.obj", cage}});
 }
 
 RolloutInput MakeInput(double arch, double width) {
@@ -141,6 +141,14 @@ TEST(RefinedMesh, HasItsGradient) {
     EXPECT_NEAR(out.gradient(1), test::CalcDifference(evaluate, input.theta, 1, 4e-7), 1e-6 * std::abs(difference))
         << refine;
   }
+}
+
+// The corners of the plate lie in a cage with a waist, and the middles of its edges do not.
+TEST(RefinedMesh, WhatReachesOutOfTheCageOnceRefinedIsRefused) {
+  const std::string cage = MakeCageObj(8);
+  EXPECT_NO_THROW(MakeModel("", cage));
+  EXPECT_THAT([&] { MakeModel("5 mm", cage); },
+              testing::ThrowsMessage<std::runtime_error>(testing::HasSubstr("the mesh lies outside its cage")));
 }
 
 TEST(RefinedMesh, TooManyTrianglesAreRefusedWithWhatIsAllowed) {
