@@ -10,8 +10,10 @@
 #include <cerrno>
 #include <charconv>
 #include <chrono>
+#include <condition_variable>
 #include <cstddef>
 #include <cstring>
+#include <mutex>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -50,14 +52,43 @@ std::string MakeHostText(const std::string& host) {
   return host.find(':') == std::string::npos ? host : "[" + host + "]";
 }
 
-// As it is: the library would compress it at its leisure, which costs the run more than a loopback gains.
-void Send(std::string text, const char* type, httplib::Response* response) {
+// As it is: the library would compress it at its leisure, which costs the run more than a loopback gains. The response
+// keeps `answer` until it has been written.
+void Send(std::string text, const char* type, std::shared_ptr<const void> answer, httplib::Response* response) {
   const auto body = std::make_shared<const std::string>(std::move(text));
-  response->set_content_provider(body->size(), type,
-                                 [body](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
-                                   return sink.write(body->data() + offset, length);
-                                 });
+  response->set_content_provider(
+      body->size(), type,
+      [body, answer = std::move(answer)](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
+        return sink.write(body->data() + offset, length);
+      });
 }
+
+// How many answers are under way. The library, when stopped, leaves out whatever of them it has not begun to write.
+class OpenAnswers {
+ public:
+  // Ends with the last copy of what it returns.
+  std::shared_ptr<const void> Begin() {
+    const std::scoped_lock lock(mutex_);
+    ++count_;
+    return {this, [](OpenAnswers* self) { self->End(); }};
+  }
+
+  void WaitUntilNone() {
+    std::unique_lock lock(mutex_);
+    ended_.wait(lock, [this] { return count_ == 0; });
+  }
+
+ private:
+  void End() {
+    const std::scoped_lock lock(mutex_);
+    --count_;
+    ended_.notify_all();
+  }
+
+  std::mutex mutex_;
+  std::condition_variable ended_;
+  int count_ = 0;
+};
 
 }  // namespace
 
@@ -82,6 +113,7 @@ ListenAddress ParseListenAddress(const std::string& text) {
 }
 
 struct PageServer::Listener {
+  OpenAnswers answers;
   httplib::Server server;
   std::thread thread;
 };
@@ -111,12 +143,15 @@ PageServer::PageServer(const ListenAddress& address, ServedPage content) : liste
     response.set_content("knap: open the address that it has printed, with its token\n", "text/plain");
     return httplib::Server::HandlerResponse::Handled;
   });
-  server.Get("/", [page = std::move(content.page)](const httplib::Request&, httplib::Response& response) {
-    Send(page(), "text/html; charset=utf-8", &response);
+  OpenAnswers& answers = listener_->answers;
+  server.Get("/", [&answers, page = std::move(content.page)](const httplib::Request&, httplib::Response& response) {
+    const std::shared_ptr<const void> answer = answers.Begin();
+    Send(page(), "text/html; charset=utf-8", answer, &response);
   });
   server.Get("/news.json",
-             [news = std::move(content.news)](const httplib::Request& request, httplib::Response& response) {
-               Send(news(request.get_param_value("seen")), "application/json", &response);
+             [&answers, news = std::move(content.news)](const httplib::Request& request, httplib::Response& response) {
+               const std::shared_ptr<const void> answer = answers.Begin();
+               Send(news(request.get_param_value("seen")), "application/json", answer, &response);
              });
   errno = 0;
   const int port = address.port == 0                                 ? server.bind_to_any_port(address.host)
@@ -133,6 +168,7 @@ PageServer::PageServer(const ListenAddress& address, ServedPage content) : liste
 }
 
 PageServer::~PageServer() {
+  listener_->answers.WaitUntilNone();
   listener_->server.stop();
   listener_->thread.join();
 }

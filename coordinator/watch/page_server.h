@@ -28,6 +28,7 @@ class PageServer {
   // name, which keeps pages of others from reading through the reader's browser. Throws std::runtime_error with one
   // line when the address cannot be listened at.
   PageServer(const ListenAddress& address, ServedPage content);
+  // Every answer that has begun is written before the end.
   ~PageServer();
   PageServer(const PageServer&) = delete;
   PageServer& operator=(const PageServer&) = delete;

@@ -1,8 +1,14 @@
 #include "coordinator/watch/page_server.h"
 
 #include <gtest/gtest.h>
+#include <httplib.h>
 
+#include <chrono>
+#include <future>
+#include <memory>
 #include <stdexcept>
+#include <string>
+#include <thread>
 
 namespace knap {
 namespace {
@@ -27,6 +33,29 @@ TEST(PageServerTest, SaysWhatKeepsItFromServing) {
       ParseListenAddress(first.url().substr(sizeof("http://") - 1, first.url().size() - sizeof("http://")));
   EXPECT_THROW(PageServer(taken, content), std::runtime_error);
   EXPECT_THROW(PageServer({"no.such.host.invalid", 0}, content), std::runtime_error);
+}
+
+// The last page of a run is its report: the server's end must not cut it off.
+TEST(PageServerTest, EndsAfterTheAnswersThatHaveBegun) {
+  const std::string report(1 << 20, 'x');
+  std::promise<void> begun;
+  ServedPage content;
+  content.page = [&] {
+    begun.set_value();
+    // Time for an end that does not wait to come first.
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    return report;
+  };
+  content.news = [](const std::string&) { return std::string(); };
+  auto server = std::make_unique<PageServer>(ListenAddress{}, content);
+  auto answer = std::async(std::launch::async, [url = server->url()] {
+    httplib::Client client(url.substr(0, url.size() - 1));
+    const httplib::Result result = client.Get("/");
+    return result ? result->body : "no answer";
+  });
+  begun.get_future().wait();
+  server.reset();
+  EXPECT_EQ(answer.get(), report);
 }
 
 }  // namespace

@@ -25,11 +25,12 @@ OVERRIDES = ["learning.variations=12", "learning.batch=3", "learning.max_evaluat
 WAIT_S = 600
 
 
-def until(holds, what):
+def until(holds, what, known=lambda: ""):
+    """What holds() answers once it is true. After long enough it is said what did not happen, and what is known()."""
     deadline = time.monotonic() + WAIT_S
     while not (value := holds()):
         if time.monotonic() > deadline:
-            sys.exit(f"check_live.py: {what} does not happen")
+            sys.exit(f"check_live.py: {what} does not happen\n{known()}")
         time.sleep(0.02)
     return value
 
@@ -50,12 +51,12 @@ def ask_across_pages(browser, expression):
         return None
 
 
-def read_url(stream):
+def read_url(printed):
     """The address in the line that begins with "watch"."""
-    for line in stream:
-        if line.startswith("watch"):
-            return line.split()[1]
-    sys.exit("check_live.py: no address was printed")
+    def find():
+        lines = printed.read_text().splitlines(keepends=True)
+        return next((line.split()[1] for line in lines if line.startswith("watch") and line.endswith("\n")), None)
+    return until(find, "an address that is printed", printed.read_text)
 
 
 def count_batches(events):
@@ -65,12 +66,13 @@ def count_batches(events):
 def check(browser, knap, worker, config, folder):
     bus = f"udpm://239.255.{random.randrange(256)}.{random.randrange(256)}:{random.randrange(20000, 31900)}?ttl=0"
     run = folder / "a run"
+    said, opened = folder / "learning.txt", folder / "watch.txt"
     learning = subprocess.Popen(
         [knap, "learn", config, *OVERRIDES, "--external", "--lcm-url", bus, "--wait", str(WAIT_S), "--watch", "--out",
-         run], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, cwd=folder)
+         run], stderr=said.open("w"), stdout=subprocess.DEVNULL, cwd=folder)
     children = [learning]
     try:
-        url = read_url(learning.stderr)
+        url = read_url(said)
         browser.resize(1200, 900)
         browser.open(url)
         text = "document.querySelector('#result').textContent"
@@ -96,9 +98,9 @@ def check(browser, knap, worker, config, folder):
         port = urllib.parse.urlsplit(url).port
         assert status_of(url) == 200
         assert status_of(url, Host=f"elsewhere.example:{port}") == 403
-        open_watch = subprocess.Popen([knap, "watch", run, "--listen", "0.0.0.0:0"], stdout=subprocess.PIPE, text=True)
+        open_watch = subprocess.Popen([knap, "watch", run, "--listen", "0.0.0.0:0"], stdout=opened.open("w"))
         children.append(open_watch)
-        address = urllib.parse.urlsplit(read_url(open_watch.stdout))
+        address = urllib.parse.urlsplit(read_url(opened))
         root = f"http://127.0.0.1:{address.port}/"
         assert status_of(root) == 403 and status_of(f"{root}?token=0") == 403
         assert status_of(f"{root}news.json?seen=0") == 403
@@ -110,9 +112,11 @@ def check(browser, knap, worker, config, folder):
         assert open_watch.wait() == 0
 
         working.send_signal(signal.SIGCONT)
-        until(lambda: ask_across_pages(browser, "document.querySelector('#result .headline') !== null"), "the report")
+        text = "document.documentElement?.outerText.slice(0, 1000)"
+        until(lambda: ask_across_pages(browser, "document.querySelector('#result .headline') !== null"), "the report",
+              lambda: f"knap learn: {learning.poll()}\n{said.read_text()[-2000:]}\n"
+                      f"the page: {ask_across_pages(browser, text)}")
         assert browser.evaluate("document.querySelector('#result .live') === null")
-        learning.stderr.read()
         assert learning.wait() == 0
         ended = subprocess.run([knap, "watch", run], capture_output=True, text=True)
         assert ended.returncode == 2 and "has ended" in ended.stderr, ended.stderr
