@@ -4,7 +4,6 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "coordinator/run_directory/durable_file.h"
 #include "sim/scenarios/csv_text.h"
@@ -12,7 +11,7 @@
 namespace knap {
 namespace {
 
-using Json = nlohmann::json;
+using Json = nlohmann::ordered_json;
 
 // A member of an event that another version, or a damaged line, may have otherwise.
 std::string GetText(const Json& object, const char* name) {
@@ -36,36 +35,36 @@ int GetSmall(const Json& object, const char* name) {
 
 class EventReader {
  public:
-  explicit EventReader(RunRecord* record) : history_(*record) {}
+  explicit EventReader(RunRecord* record) : record_(*record) {}
 
   void Read(const Json& event) {
     const std::string name = GetText(event, "event");
     const double time_s = GetNumber(event, "time_s");
     if (name == "begin") {
-      history_.lives.push_back({.begin_s = time_s, .answers_from_journal = GetCount(event, "answers_from_journal")});
+      record_.lives.push_back({.begin_s = time_s, .answers_from_journal = GetCount(event, "answers_from_journal")});
     } else if (name == "done" || name == "interrupted" || name == "failed") {
-      if (!history_.lives.empty()) {
-        history_.lives.back().end = name;
-        history_.lives.back().error = GetText(event, "error");
+      if (!record_.lives.empty()) {
+        record_.lives.back().end = name;
+        record_.lives.back().error = GetText(event, "error");
       }
     } else if (name == "worker_gone") {
       const std::size_t held = AddSetbacks(event, GetText(event, "why"));
-      history_.gone.push_back({time_s, GetText(event, "worker"), GetText(event, "host"), GetText(event, "why"), held});
+      record_.gone.push_back({time_s, GetText(event, "worker"), GetText(event, "host"), GetText(event, "why"), held});
     } else if (name == "requests_dropped") {
       AddSetbacks(event, "dropped");
     } else if (name == "requests_copied") {
-      history_.copied += GetCount(event, "count");
+      record_.copied += GetCount(event, "count");
       AddSetbacks(event, "straggler");
     } else if (name == "requests_resent") {
       AddSetbacks(event, "message_lost");
     } else if (name == "requests_reissued") {
-      history_.reissued += GetCount(event, "count");
+      record_.reissued += GetCount(event, "count");
     } else if (name == "workers_lost") {
-      history_.workers_lost += GetCount(event, "count");
+      record_.workers_lost += GetCount(event, "count");
     } else if (name == "worker_refused" || name == "worker_left") {
-      history_.remarks.emplace_back(time_s, (name == "worker_refused" ? "refused " : "") + GetText(event, "why"));
+      record_.remarks.emplace_back(time_s, (name == "worker_refused" ? "refused " : "") + GetText(event, "why"));
     }
-    if (!history_.lives.empty()) history_.lives.back().end_s = std::max(history_.lives.back().end_s, time_s);
+    if (!record_.lives.empty()) record_.lives.back().end_s = std::max(record_.lives.back().end_s, time_s);
   }
 
  private:
@@ -75,8 +74,8 @@ class EventReader {
     if (requests == event.end() || !requests->is_array()) return 0;
     for (const Json& request : *requests) {
       if (!request.is_object() || GetText(request, "id").empty()) continue;
-      RequestSetback& setback = history_.setbacks.emplace_back();
-      setback.life = history_.lives.empty() ? 0 : history_.lives.size() - 1;
+      RequestSetback& setback = record_.setbacks.emplace_back();
+      setback.life = record_.lives.empty() ? 0 : record_.lives.size() - 1;
       setback.time_s = GetNumber(request.contains("time_s") ? request : event, "time_s");
       setback.id = GetText(request, "id");
       setback.why = why;
@@ -89,7 +88,7 @@ class EventReader {
     return requests->size();
   }
 
-  RunRecord& history_;
+  RunRecord& record_;
 };
 
 void ReadInfo(const RunDirectory& run, RunRecord* record) {
@@ -122,11 +121,7 @@ RunRecord ReadRunRecord(const RunDirectory& run) {
   record.answers = ReadRollouts(run.rollouts_path());
   if (std::filesystem::exists(run.events_path())) {
     EventReader reader(&record);
-    std::istringstream lines(ReadFile(run.events_path()));
-    for (std::string line; std::getline(lines, line);) {
-      const Json event = Json::parse(line, nullptr, false);
-      if (event.is_object()) reader.Read(event);
-    }
+    for (const Json& event : ParseEvents(ReadFile(run.events_path()))) reader.Read(event);
   }
   for (const RolloutRow& answer : record.answers) {
     if (record.lives.empty()) break;

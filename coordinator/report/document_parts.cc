@@ -110,25 +110,19 @@ Json MakeVariationJson(const ReportSource& source) {
           {"learned", MakeOutcomesJson(source.tests[1], has_success)}};
 }
 
-Json MakeReplaysJson(const ReportSource& source, std::span<const ReportedTest> tests, std::size_t variation,
-                     Json* page) {
-  const bool has_success = source.model->scene().success.has_value();
+Json RecordReplayJson(const ReportSource& source, const ReportedTest& test, std::size_t variation, Json* page) {
   const double period = source.model->scene().rollout.horizon / kFrames;
-  Json replays = Json::array();
-  for (const ReportedTest& test : tests) {
-    const RecordedRollout rollout = source.model->Record(MakeInput(source, test, variation), period);
-    if (!page->contains("bodies")) {
-      (*page)["bodies"] =
-          MakeBodiesJson(*source.model, rollout.recording, MakeInput(source, source.tests[1], variation).theta);
-      const Eigen::Vector3d& g = rollout.recording.gravity_W;
-      (*page)["gravity"] = {g.x(), g.y(), g.z()};
-      (*page)["fixed_poses"] = MakeFixedPosesJson(rollout.recording);
-    }
-    Json replay = MakeReplayJson(test, variation, rollout, has_success);
-    replay["same_bits"] = IsSame(test.outcomes[variation], rollout.output);
-    replays.push_back(std::move(replay));
+  const RecordedRollout rollout = source.model->Record(MakeInput(source, test, variation), period);
+  if (!page->contains("bodies")) {
+    (*page)["bodies"] =
+        MakeBodiesJson(*source.model, rollout.recording, MakeInput(source, source.tests[1], variation).theta);
+    const Eigen::Vector3d& g = rollout.recording.gravity_W;
+    (*page)["gravity"] = {g.x(), g.y(), g.z()};
+    (*page)["fixed_poses"] = MakeFixedPosesJson(rollout.recording);
   }
-  return replays;
+  Json replay = MakeReplayJson(test, variation, rollout, source.model->scene().success.has_value());
+  replay["same_bits"] = IsSame(test.outcomes[variation], rollout.output);
+  return replay;
 }
 
 }  // namespace knap

@@ -2,9 +2,7 @@
 #pragma once
 
 #include <cstddef>
-#include <functional>
 #include <nlohmann/json.hpp>
-#include <span>
 
 #include "coordinator/report/report_source.h"
 
@@ -18,8 +16,8 @@ nlohmann::ordered_json MakeThetaJson(const ReportSource& source);
 
 nlohmann::ordered_json MakeVariationJson(const ReportSource& source);
 
-// Simulates `tests` of `source` on the variation again. The first time `page` gets bodies, gravity and fixed_poses too.
-nlohmann::ordered_json MakeReplaysJson(const ReportSource& source, std::span<const ReportedTest> tests,
-                                       std::size_t variation, nlohmann::ordered_json* page);
+// Simulates a test of `source` on the variation again. The first time `page` gets bodies, gravity and fixed_poses too.
+nlohmann::ordered_json RecordReplayJson(const ReportSource& source, const ReportedTest& test, std::size_t variation,
+                                        nlohmann::ordered_json* page);
 
 }  // namespace knap

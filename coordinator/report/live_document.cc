@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cstddef>
-#include <span>
 #include <utility>
 
 #include "coordinator/report/document_parts.h"
@@ -18,7 +17,7 @@ using Json = nlohmann::ordered_json;
 Json MakeReplays(const ReportSource& source, std::size_t test, Json* page) {
   Json replays = Json::array();
   for (std::size_t i = 0; i < source.variations.size(); ++i) {
-    replays.push_back(std::move(MakeReplaysJson(source, std::span(&source.tests[test], 1), i, page)[0]));
+    replays.push_back(RecordReplayJson(source, source.tests[test], i, page));
   }
   return replays;
 }

@@ -51,7 +51,8 @@ void AddReplays(const ReportSource& source, const std::function<void(int, int)>&
   Json replays = Json::array();
   std::size_t bytes = 0;
   for (std::size_t k = 0; static_cast<int>(replays.size()) < total && bytes < kMostBytes; ++k) {
-    for (Json& replay : MakeReplaysJson(source, source.tests, order[k], page)) {
+    for (const ReportedTest& test : source.tests) {
+      Json replay = RecordReplayJson(source, test, order[k], page);
       bytes += replay.dump().size();
       replays.push_back(std::move(replay));
     }

@@ -4,10 +4,10 @@
 #include <cstddef>
 #include <initializer_list>
 #include <map>
-#include <sstream>
 #include <utility>
 
 #include "coordinator/run_directory/json_text.h"
+#include "coordinator/run_directory/run_logs.h"
 #include "sim/scenarios/csv_text.h"
 
 namespace knap {
@@ -66,10 +66,7 @@ void RunHistory::Read() {
 }
 
 void RunHistory::ReadEvents() {
-  std::istringstream lines(event_lines_.Take().lines);
-  for (std::string line; std::getline(lines, line);) {
-    Json event = Json::parse(line, nullptr, false);
-    if (!event.is_object()) continue;
+  for (Json& event : ParseEvents(event_lines_.Take().lines)) {
     // A run that goes on begins metrics.csv anew, however soon that is as long as what was read of it.
     if (event.value("event", "") == "begin" && ++lives_ > 1) {
       metric_lines_.Rewind();

@@ -36,8 +36,7 @@ LiveDocument MakeDocument(const LoadedScenario& scenario, const RunDirectory& ru
 
 LiveWatch::LiveWatch(const ListenAddress& address, const LoadedScenario& scenario, const RunDirectory& run,
                      const std::string& lcm_url, const std::string& key_file)
-    : lcm_url_(lcm_url),
-      run_(run),
+    : run_(run),
       problem_(MakeProblem(scenario.parsed.scene, scenario.files)),
       model_(scenario.files),
       view_(key_file.empty() ? RunKey() : RunKey::ReadFile(key_file)),
@@ -68,7 +67,7 @@ void LiveWatch::Listen() {
 
 nlohmann::ordered_json LiveWatch::MakeStatus() {
   const std::scoped_lock lock(view_mutex_);
-  return MakeStatusJson(view_, {}, clock_.now_us(), lcm_url_);
+  return MakeStatusJson(view_, {}, clock_.now_us(), "");
 }
 
 std::string LiveWatch::ServePage() {

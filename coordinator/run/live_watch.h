@@ -48,7 +48,6 @@ class LiveWatch {
   std::string ServePage();
   std::string ServeNews(const std::string& seen);
 
-  std::string lcm_url_;
   SteadyClock clock_;
   RunDirectory run_;
   Problem problem_;

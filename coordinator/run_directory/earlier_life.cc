@@ -2,34 +2,20 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <nlohmann/json.hpp>
-#include <sstream>
+#include <filesystem>
 #include <string>
-#include <vector>
 
 #include "coordinator/run_directory/durable_file.h"
+#include "coordinator/run_directory/run_logs.h"
 #include "sim/scenarios/csv_text.h"
 
 namespace knap {
-namespace {
-
-std::vector<std::string> ReadWholeLines(const std::filesystem::path& path) {
-  std::vector<std::string> lines;
-  if (!std::filesystem::exists(path)) return lines;
-  std::string text = ReadFile(path);
-  text.resize(text.rfind('\n') + 1);  // npos + 1 = 0: no whole line
-  std::istringstream stream(text);
-  for (std::string line; std::getline(stream, line);) lines.push_back(line);
-  return lines;
-}
-
-}  // namespace
-
 EarlierLife ReadEarlierLife(const RunDirectory& run) {
   EarlierLife life;
-  for (const std::string& line : ReadWholeLines(run.events_path())) {
-    const nlohmann::json event = nlohmann::json::parse(line, nullptr, false);
-    if (!event.is_object()) continue;
+  // A line without its end is the trace of a crash, even where it happens to be whole.
+  std::string events = std::filesystem::exists(run.events_path()) ? ReadFile(run.events_path()) : "";
+  events.resize(events.rfind('\n') + 1);  // npos + 1 = 0: no whole line
+  for (const nlohmann::ordered_json& event : ParseEvents(events)) {
     life.worked_s = std::max(life.worked_s, event.value("time_s", 0.0));
     if (event.value("event", "") == "requests_reissued") life.reissued = event.value("total", life.reissued);
   }

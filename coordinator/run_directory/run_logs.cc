@@ -114,6 +114,16 @@ std::vector<RolloutRow> ReadRollouts(const std::filesystem::path& path) {
   return rows;
 }
 
+std::vector<nlohmann::ordered_json> ParseEvents(const std::string& lines) {
+  std::vector<nlohmann::ordered_json> events;
+  std::istringstream stream(lines);
+  for (std::string line; std::getline(stream, line);) {
+    nlohmann::ordered_json event = nlohmann::ordered_json::parse(line, nullptr, false);
+    if (event.is_object()) events.push_back(std::move(event));
+  }
+  return events;
+}
+
 EventLog::EventLog(const std::filesystem::path& path) : file_(OpenLines(path, "")) {}
 
 void EventLog::Append(double time_s, const std::string& event, const nlohmann::ordered_json& details) {

@@ -75,6 +75,10 @@ class RolloutLog {
 // The rows of such a file, in order. What it does not hold, as one of an earlier version may not, is as in a new row.
 std::vector<RolloutRow> ReadRollouts(const std::filesystem::path& path);
 
+// The objects of whole lines of events.jsonl, in order. What is none, such as the half line that a crash left, is
+// passed over.
+std::vector<nlohmann::ordered_json> ParseEvents(const std::string& lines);
+
 // events.jsonl: one JSON object a line, beginning with time_s and event.
 class EventLog {
  public:

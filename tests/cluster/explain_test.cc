@@ -16,6 +16,7 @@
 #include "coordinator/run_directory/temporary_folder.h"
 #include "tests/cluster/child_process.h"
 #include "tests/cluster/run_files.h"
+#include "tests/cluster/short_runs.h"
 #include "tests/support/own_lcm_url.h"
 #include "tests/support/wait_for.h"
 
@@ -29,21 +30,6 @@ using Json = nlohmann::json;
 
 class ExplainProgramTest : public ::testing::Test {
  protected:
-  static std::vector<std::string> MakeArguments(const std::string& out, const std::vector<std::string>& more) {
-    std::vector<std::string> arguments = {"learn",
-                                          KNAP_SOURCE_DIR "/configs/pushing.yaml",
-                                          "rollout.horizon=2 s",
-                                          "rollout.step=2 ms",
-                                          "learning.variations=12",
-                                          "learning.batch=2",
-                                          "learning.max_evaluations=3",
-                                          "evaluation.variations=6",
-                                          "--out",
-                                          out};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return arguments;
-  }
-
   Ended Run(std::vector<std::string> arguments) {
     return RunToEnd(KNAP_PROGRAM, std::move(arguments), folder_ / "", "command");
   }
@@ -90,7 +76,7 @@ class ExplainProgramTest : public ::testing::Test {
 };
 
 TEST_F(ExplainProgramTest, NamesTheRequestOfAKilledWorkerAndWhoTookItOver) {
-  ChildProcess knap(KNAP_PROGRAM, MakeArguments("run", {"--workers", "2"}), folder_ / "", "learn");
+  ChildProcess knap(KNAP_PROGRAM, MakeSlowLearning("run", {"--workers", "2"}), folder_ / "", "learn");
   // All workers are killed whenever two more answers have come, until one of their requests was answered by another.
   std::size_t answers = 0;
   std::optional<SentAgain> found;
@@ -138,7 +124,8 @@ TEST_F(ExplainProgramTest, NamesTheRequestOfAKilledWorkerAndWhoTookItOver) {
 
 // Nobody comes to work for it: all that it asks waits, for as long as this test likes.
 TEST_F(ExplainProgramTest, TellsWhatWaitsAndWhatAnInterruptionCancelled) {
-  ChildProcess knap(KNAP_PROGRAM, MakeArguments("run", {"--external", "--wait", "6000", "--lcm-url", MakeOwnLcmUrl()}),
+  ChildProcess knap(KNAP_PROGRAM,
+                    MakeSlowLearning("run", {"--external", "--wait", "6000", "--lcm-url", MakeOwnLcmUrl()}),
                     folder_ / "", "learn");
   ASSERT_TRUE(WaitFor([&] { return knap.HasEnded() || !ReadEvents("run", "begin").empty(); }));
   ASSERT_FALSE(knap.HasEnded()) << knap.ReadErr();
@@ -166,7 +153,7 @@ TEST_F(ExplainProgramTest, TellsWhatWaitsAndWhatAnInterruptionCancelled) {
 }
 
 TEST_F(ExplainProgramTest, WhatItCannotExplainIsOneLine) {
-  ASSERT_EQ(Run(MakeArguments("run", {"learning.variations=2"})).code, 0);
+  ASSERT_EQ(Run(MakeSlowLearning("run", {"learning.variations=2"})).code, 0);
   EXPECT_TRUE(ReadEvents("run", "requests_dropped").empty());  // it went to its end
   const auto expect_line = [&](const std::vector<std::string>& arguments, const auto& matcher) {
     const Ended ended = Run(arguments);

@@ -21,6 +21,7 @@
 #include "sim/geometry/mesh_io.h"
 #include "tests/cluster/child_process.h"
 #include "tests/cluster/run_files.h"
+#include "tests/cluster/short_runs.h"
 #include "tests/support/own_lcm_url.h"
 #include "tests/support/wait_for.h"
 
@@ -36,28 +37,6 @@ using ::testing::Not;
 using Json = nlohmann::json;
 
 const std::string kConfig = KNAP_SOURCE_DIR "/configs/pushing.yaml";
-
-// Coarse and short: the pea is met and swept aside, a run takes a second.
-std::vector<std::string> MakeArguments(const std::string& out, std::vector<std::string> more) {
-  std::vector<std::string> arguments = {"learn",
-                                        kConfig,
-                                        "rollout.horizon=2 s",
-                                        "rollout.step=4 ms",
-                                        "learning.variations=4",
-                                        "learning.batch=2",
-                                        "learning.max_evaluations=3",
-                                        "evaluation.variations=6",
-                                        "--out",
-                                        out};
-  arguments.insert(arguments.end(), more.begin(), more.end());
-  return arguments;
-}
-
-// Slow enough for something to happen meanwhile.
-std::vector<std::string> MakeSlowArguments(const std::string& out, std::vector<std::string> more) {
-  more.insert(more.end(), {"rollout.step=2 ms", "learning.variations=12"});
-  return MakeArguments(out, more);
-}
 
 bool IsIn(const fs::path& path, const std::string& what) { return ReadText(path).find(what) != std::string::npos; }
 
@@ -81,7 +60,7 @@ class LearnTest : public ::testing::Test {
   // The slow run as it goes when nobody disturbs it, made once for all tests that disturb theirs.
   void ExpectUndisturbedResult(const std::string& run) {
     static const TemporaryFolder folder;
-    static const int code = ChildProcess(KNAP_PROGRAM, MakeSlowArguments("calm", {}), folder / "", "calm").Wait();
+    static const int code = ChildProcess(KNAP_PROGRAM, MakeSlowLearning("calm", {}), folder / "", "calm").Wait();
     ASSERT_EQ(code, 0);
     knap::ExpectSameRun(folder_ / run, folder / "calm");
   }
@@ -113,9 +92,9 @@ class LearnTest : public ::testing::Test {
 };
 
 TEST_F(LearnTest, SameBitsForAnyNumberOfWorkers) {
-  RunWell(MakeArguments("one", {"--workers", "1"}));
-  RunWell(MakeArguments("two", {"--workers", "2"}));
-  RunWell(MakeArguments("four", {"--workers", "4"}));
+  RunWell(MakeShortRun("learn", "one", {"--workers", "1"}));
+  RunWell(MakeShortRun("learn", "two", {"--workers", "2"}));
+  RunWell(MakeShortRun("learn", "four", {"--workers", "4"}));
   ExpectSameRun("two", "one");
   ExpectSameRun("four", "one");
   const Json theta = ReadResult("one")["theta"];
@@ -123,7 +102,7 @@ TEST_F(LearnTest, SameBitsForAnyNumberOfWorkers) {
 }
 
 TEST_F(LearnTest, KilledWorkersChangeNothing) {
-  ChildProcess knap(KNAP_PROGRAM, MakeSlowArguments("stormy", {"--workers", "2"}), folder_ / "", "stormy_log");
+  ChildProcess knap(KNAP_PROGRAM, MakeSlowLearning("stormy", {"--workers", "2"}), folder_ / "", "stormy_log");
   std::size_t kills = 0;
   const auto choose_by_turns = [&](const std::vector<pid_t>& workers) {
     return std::vector<pid_t>{workers[kills++ % workers.size()]};
@@ -139,7 +118,7 @@ TEST_F(LearnTest, KilledWorkersChangeNothing) {
 
 TEST_F(LearnTest, ResumesAfterKillToTheSameBits) {
   {
-    ChildProcess knap(KNAP_PROGRAM, MakeSlowArguments("torn", {"--workers", "2"}), folder_ / "", "torn_log");
+    ChildProcess knap(KNAP_PROGRAM, MakeSlowLearning("torn", {"--workers", "2"}), folder_ / "", "torn_log");
     ASSERT_TRUE(WaitForEvaluations(&knap, "torn", 2)) << knap.ReadErr();
     // Workers die with work in their hands, so that there is something to be remembered.
     KillWorkers(
@@ -166,7 +145,7 @@ TEST_F(LearnTest, ResumesAfterKillToTheSameBits) {
 
 TEST_F(LearnTest, InterruptedRunIsSavedAndGoesOn) {
   {
-    ChildProcess knap(KNAP_PROGRAM, MakeSlowArguments("broken_off", {}), folder_ / "", "broken_off_log");
+    ChildProcess knap(KNAP_PROGRAM, MakeSlowLearning("broken_off", {}), folder_ / "", "broken_off_log");
     ASSERT_TRUE(WaitForEvaluations(&knap, "broken_off", 3)) << knap.ReadErr();
     const std::vector<pid_t> workers = knap.ListChildren();
     EXPECT_FALSE(workers.empty());
@@ -180,7 +159,7 @@ TEST_F(LearnTest, InterruptedRunIsSavedAndGoesOn) {
 }
 
 TEST_F(LearnTest, WritesTheWholeRunDirectory) {
-  std::vector<std::string> arguments = MakeArguments("", {"--json"});
+  std::vector<std::string> arguments = MakeShortRun("learn", "", {"--json"});
   arguments.erase(std::find(arguments.begin(), arguments.end(), "--out"), arguments.end() - 1);
   const Ended ended = Run(arguments);
   ASSERT_EQ(ended.code, 0) << ended.err;
@@ -240,7 +219,7 @@ TEST_F(LearnTest, PublishesItsProgressOnLcm) {
   const std::string url = MakeOwnLcmUrl();
   const SteadyClock clock;
   LcmTransport transport(url, {std::string(kRunStatusChannel)}, &clock);
-  ChildProcess knap(KNAP_PROGRAM, MakeSlowArguments("run", {"--lcm-url", url, "--key", "key"}), folder_ / "", "log");
+  ChildProcess knap(KNAP_PROGRAM, MakeSlowLearning("run", {"--lcm-url", url, "--key", "key"}), folder_ / "", "log");
   std::vector<run_status_t> heard;
   RefusalCounters refused;
   ASSERT_TRUE(WaitFor([&] {
@@ -265,7 +244,7 @@ TEST_F(LearnTest, PublishesItsProgressOnLcm) {
 }
 
 TEST_F(LearnTest, MethodAndSeedReachTheRun) {
-  RunWell(MakeArguments("other", {"--method", "simple_continual", "--seed", "7"}));
+  RunWell(MakeShortRun("learn", "other", {"--method", "simple_continual", "--seed", "7"}));
   const Json result = ReadResult("other");
   EXPECT_EQ(result["method"], "simple_continual");
   EXPECT_EQ(result["seed"], 7);
@@ -385,13 +364,14 @@ TEST_F(LearnTest, DryRunTouchesNothing) {
 }
 
 TEST_F(LearnTest, NoWorkersExitsWithFour) {
-  const Ended ended = Run(MakeArguments("lonely", {"--external", "--wait", "0.5", "--lcm-url", MakeOwnLcmUrl()}));
+  const Ended ended =
+      Run(MakeShortRun("learn", "lonely", {"--external", "--wait", "0.5", "--lcm-url", MakeOwnLcmUrl()}));
   EXPECT_EQ(ended.code, 4);
   EXPECT_THAT(ended.err, HasSubstr("no worker"));
 }
 
 TEST_F(LearnTest, OtherConfigurationIsNotResumed) {
-  RunWell(MakeArguments("run", {}));
+  RunWell(MakeShortRun("learn", "run", {}));
   std::string config = ReadText(folder_ / "run/config.yaml");
   const std::size_t place = config.find("alpha: 0.1");
   ASSERT_NE(place, std::string::npos);
@@ -404,7 +384,7 @@ TEST_F(LearnTest, OtherConfigurationIsNotResumed) {
 
 // One byte behind its end makes the program another build; the loader does not look there.
 TEST_F(LearnTest, AnotherBuildDoesNotResume) {
-  RunWell(MakeArguments("run", {}));
+  RunWell(MakeShortRun("learn", "run", {}));
   WriteFile(folder_ / "knap", ReadText(KNAP_PROGRAM) + "x");
   fs::permissions(folder_ / "knap", fs::perms::owner_all);
   const auto resume = [this](const std::string& program) {

@@ -14,6 +14,7 @@
 #include "lcmtypes/wire/channels.h"
 #include "lcmtypes/wire/lcm_transport.h"
 #include "tests/cluster/child_process.h"
+#include "tests/cluster/short_runs.h"
 #include "tests/support/own_lcm_url.h"
 #include "tests/support/wait_for.h"
 
@@ -23,8 +24,6 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-
-const std::string kConfig = KNAP_SOURCE_DIR "/configs/pushing.yaml";
 
 class ResumeTest : public ::testing::Test {
  protected:
@@ -39,20 +38,8 @@ class ResumeTest : public ::testing::Test {
     return {code, knap.ReadErr()};
   }
 
-  // Coarse and short: a run takes a second.
-  Ended Learn(std::vector<std::string> more, const std::string& program = KNAP_PROGRAM) {
-    std::vector<std::string> arguments = {"learn",
-                                          kConfig,
-                                          "rollout.horizon=2 s",
-                                          "rollout.step=4 ms",
-                                          "learning.variations=4",
-                                          "learning.batch=2",
-                                          "learning.max_evaluations=3",
-                                          "evaluation.variations=4",
-                                          "--out",
-                                          "run"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return Run(program, arguments);
+  Ended Learn(const std::vector<std::string>& more, const std::string& program = KNAP_PROGRAM) {
+    return Run(program, MakeShortRun("learn", "run", more));
   }
 
   void WriteJournal(const std::string& bytes) {

@@ -10,6 +10,7 @@
 #include "coordinator/run_directory/temporary_folder.h"
 #include "tests/cluster/child_process.h"
 #include "tests/cluster/run_files.h"
+#include "tests/cluster/short_runs.h"
 #include "tests/support/wait_for.h"
 
 namespace knap {
@@ -19,22 +20,8 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using Json = nlohmann::json;
 
-const std::string kConfig = KNAP_SOURCE_DIR "/configs/pushing.yaml";
-const std::vector<std::string> kSmall = {"rollout.horizon=2 s",        "rollout.step=4 ms",
-                                         "learning.variations=4",      "learning.batch=2",
-                                         "learning.max_evaluations=3", "evaluation.variations=6"};
-
 class StudyTest : public ::testing::Test {
  protected:
-  std::vector<std::string> MakeArguments(const std::string& command, const std::string& out,
-                                         const std::vector<std::string>& more) {
-    std::vector<std::string> arguments = {command, kConfig};
-    arguments.insert(arguments.end(), kSmall.begin(), kSmall.end());
-    arguments.insert(arguments.end(), {"--out", out});
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return arguments;
-  }
-
   void RunWell(const std::vector<std::string>& arguments) {
     ChildProcess knap(KNAP_PROGRAM, arguments, folder_ / "", "run");
     ASSERT_EQ(knap.Wait(), 0) << knap.ReadErr();
@@ -49,7 +36,7 @@ class StudyTest : public ::testing::Test {
 
 TEST_F(StudyTest, RunsAreThoseOfLearnAndSurviveAKill) {
   const std::vector<std::string> which = {"--seeds", "2", "--seed", "5", "--methods", "ours,diffhand"};
-  RunWell(MakeArguments("study", "calm", which));
+  RunWell(MakeShortRun("study", "calm", which));
   EXPECT_THAT(err_, AllOf(HasSubstr("diffhand"), HasSubstr("median"), HasSubstr("6 variations that no run saw")));
   const Json calm = ReadStudy("calm");
   ASSERT_EQ(calm["runs"].size(), 4u);
@@ -57,7 +44,7 @@ TEST_F(StudyTest, RunsAreThoseOfLearnAndSurviveAKill) {
   EXPECT_EQ(calm["runs"][1]["seed"], 6);
 
   // `ours` is the run of knap learn; so is diffhand with the same budget.
-  RunWell(MakeArguments("learn", "alone", {"--seed", "6"}));
+  RunWell(MakeShortRun("learn", "alone", {"--seed", "6"}));
   const auto read_theta = [this](const std::string& run) {
     return Json::parse(ReadText(folder_ / run / "result.json"))["theta"]["learned"];
   };
@@ -65,7 +52,7 @@ TEST_F(StudyTest, RunsAreThoseOfLearnAndSurviveAKill) {
   EXPECT_EQ(read_theta("calm/ours-6"), calm["runs"][1]["theta"]);
   const std::string budget = "learning.rollout_budget=" + calm["runs"][3]["rollout_budget"].dump();
   EXPECT_EQ(calm["runs"][3]["rollout_budget"], calm["runs"][1]["rollouts"]);
-  RunWell(MakeArguments("learn", "baseline", {"--seed", "6", "--method", "diffhand", budget}));
+  RunWell(MakeShortRun("learn", "baseline", {"--seed", "6", "--method", "diffhand", budget}));
   EXPECT_EQ(read_theta("baseline"), calm["runs"][3]["theta"]);
 
   // A run's folder is one that other commands take.
@@ -83,7 +70,7 @@ TEST_F(StudyTest, RunsAreThoseOfLearnAndSurviveAKill) {
 
   // Killed in the middle, and continued.
   {
-    ChildProcess knap(KNAP_PROGRAM, MakeArguments("study", "killed", which), folder_ / "", "killed_log");
+    ChildProcess knap(KNAP_PROGRAM, MakeShortRun("study", "killed", which), folder_ / "", "killed_log");
     ASSERT_TRUE(
         WaitFor([&] { return knap.HasEnded() || ReadCsv(folder_ / "killed/ours-5/metrics.csv")["loss"].size() >= 3; }));
     ASSERT_FALSE(knap.HasEnded()) << knap.ReadErr();
@@ -105,8 +92,8 @@ TEST_F(StudyTest, BadUsageIsNamed) {
     EXPECT_THAT(knap.ReadErr(), HasSubstr(message));
   };
   expect({"study"}, "either a CONFIG or --resume");
-  expect(MakeArguments("study", "x", {"--methods", "ours,theirs"}), "theirs");
-  expect(MakeArguments("study", "x", {"--methods", "ours,ours"}), "given twice");
+  expect(MakeShortRun("study", "x", {"--methods", "ours,theirs"}), "theirs");
+  expect(MakeShortRun("study", "x", {"--methods", "ours,ours"}), "given twice");
   expect({"study", "--resume", "."}, "config.yaml");
 }
 

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # tests/report/many_reports.sh KNAP CHROMIUM CONFIG…
 #
-# Learns each CONFIG a little and uses its report as a reader would (check_report.py); then a study of the first one.
+# Learns each CONFIG a little and uses its report as a reader would (check_report.py); then a study of the first one,
+# in which something must vary.
 # What run_report.sh does in the suite for one scenario, for as many as one likes: minutes. Needs multicast.
 set -euo pipefail
 

@@ -13,12 +13,16 @@
     return example?.replace(/(--variation[ =])\d+/, `$1${row}`);
   }
 
-  // What a section had before goes; parts that the reader has opened, in their order, stay open.
+  // What the node had before goes; parts that the reader has opened, in their order, stay open.
+  function refill(node, ...content) {
+    const open = [...node.querySelectorAll("details")].map((part) => part.open);
+    node.replaceChildren(...content);
+    [...node.querySelectorAll("details")].forEach((part, i) => { part.open = open[i] ?? part.open; });
+  }
+
   function fillSection(name, content) {
     const section = document.getElementById(name);
-    const open = [...section.querySelectorAll("details")].map((part) => part.open);
-    section.replaceChildren(section.querySelector("h2"), ...(content ? [content] : []));
-    [...section.querySelectorAll("details")].forEach((part, i) => { part.open = open[i] ?? part.open; });
+    refill(section, section.querySelector("h2"), ...(content ? [content] : []));
     section.hidden = !content;
     const link = document.querySelector(`nav a[href="#${name}"]`);
     if (link) link.hidden = !content;
@@ -66,7 +70,6 @@
     // While a run goes on, few of the variations are there.
     const map = variations.count > 0 && !data.live ? new knap.SuccessMap(variations, choose) : null;
     function show(row) {
-      if (replay) replay.chosen = () => markChosen(row);
       const command = commandFor(data, row);
       replay?.choose(row, command);
       map?.select(row, command);
@@ -96,11 +99,7 @@
   }
 
   function fillResult(data) {
-    const result = document.getElementById("result");
-    const open = result.querySelector("details")?.open ?? false;
-    result.replaceChildren(data.live ? knap.live.make(data) : knap.summary.make(data));
-    const details = result.querySelector("details");
-    if (details) details.open = open;
+    refill(document.getElementById("result"), data.live ? knap.live.make(data) : knap.summary.make(data));
   }
 
   function follow(data, variations, scene, replay, shape) {
@@ -111,7 +110,10 @@
       if (!hasNewDesign) return;
       variations.takeReplays(data.replays);
       scene.reshape(data.theta);
-      replay?.refresh();
+      if (replay) {
+        replay.refresh();
+        markChosen(replay.row);
+      }
       shape?.update(data);
     }, (seconds) => {
       silent.hidden = seconds < 5;

@@ -11,7 +11,6 @@
     // `makeList` makes what is set below the views: the choice of recordings.
     constructor(variations, scene, makeList) {
       Object.assign(this, { variations, scene, makeList });
-      this.chosen = () => {};  // called when the list was made again
       this.camera = new knap.Camera(scene.up);
       this.recordings = {};
       this.charts = [];
@@ -90,7 +89,6 @@
       const list = this.makeList();
       this.list.replaceWith(list);
       this.list = list;
-      this.chosen();
     }
 
     load() {
