@@ -25,6 +25,7 @@
 #include "coordinator/run/run_lives.h"
 #include "coordinator/run/usage_error.h"
 #include "lcmtypes/program/standard_streams.h"
+#include "lcmtypes/wire/content_id.h"
 #include "lcmtypes/wire/open_transport.h"
 #include "lcmtypes/wire/scenario_bundle.h"
 #include "lcmtypes/wire/text.h"
@@ -73,7 +74,8 @@ std::string ChooseRequest(const ExplainedRun& run, const std::string& path, cons
     throw UsageError(fmt::format("{}: no request on record begins with {}", path, digits));
   }
   std::vector<std::string> shown;
-  for (std::size_t i = 0; i < std::min(found.size(), kMostMatches); ++i) shown.push_back(found[i].substr(0, 12));
+  for (std::size_t i = 0; i < std::min(found.size(), kMostMatches); ++i)
+    shown.push_back(found[i].substr(0, kShortDigits));
   throw UsageError(fmt::format("{}: {} requests begin with {}: {}{}", path, found.size(), digits,
                                fmt::join(shown, ", "), shown.size() < found.size() ? ", …" : ""));
 }

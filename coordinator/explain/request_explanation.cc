@@ -15,7 +15,6 @@ namespace knap {
 namespace {
 
 constexpr std::size_t kMostParameters = 40;
-constexpr std::size_t kShort = 12;  // digits of an id, enough for knap rollout --request
 
 // The last answer to the request, which counts; null when there is none.
 const RolloutRow* FindAnswer(const RunRecord& record, const std::string& id) {
@@ -188,7 +187,7 @@ void AddRepetition(const ExplainedRun& run, const std::string& id, const Rollout
       return;
     }
   }
-  text->Add("again", fmt::format("knap rollout {} --request {}", run.path, id.substr(0, kShort)));
+  text->Add("again", fmt::format("knap rollout {} --request {}", run.path, id.substr(0, kShortDigits)));
 }
 
 }  // namespace

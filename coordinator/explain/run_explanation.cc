@@ -9,11 +9,11 @@
 #include "coordinator/explain/explanation.h"
 #include "coordinator/explain/explanation_text.h"
 #include "coordinator/progress/progress.h"
+#include "lcmtypes/wire/content_id.h"
 
 namespace knap {
 namespace {
 
-constexpr std::size_t kShort = 12;  // digits of an id, as FormatShort gives them
 constexpr std::size_t kMostWorkers = 12;
 constexpr std::size_t kMostSlow = 5;
 
@@ -61,14 +61,14 @@ void AddCounts(const RunRecord& record, Explanation* text) {
 std::size_t CountMoves(const RunRecord& record) {
   std::map<std::pair<std::string, std::size_t>, std::set<int>> recorded;  // by id and life
   for (const RequestSetback& setback : record.setbacks) {
-    std::set<int>& attempts = recorded[{setback.id.substr(0, kShort), setback.life}];
+    std::set<int>& attempts = recorded[{setback.id.substr(0, kShortDigits), setback.life}];
     if (setback.why != "message_lost") attempts.insert(setback.attempt);
     if (setback.copy_attempt > 0) attempts.insert(setback.copy_attempt);
   }
   std::size_t moves = 0;
   for (const RolloutRow& answer : record.answers) {
     if (answer.attempt <= 1) continue;
-    const auto found = recorded.find({answer.id.substr(0, kShort), record.FindLife(answer.time_s)});
+    const auto found = recorded.find({answer.id.substr(0, kShortDigits), record.FindLife(answer.time_s)});
     for (int number = 1; number < answer.attempt; ++number) {
       moves += found == recorded.end() || found->second.count(number) == 0 ? 1 : 0;
     }
@@ -141,7 +141,7 @@ void AddSlowest(const RunRecord& record, Explanation* text) {
                    [](const RolloutRow* a, const RolloutRow* b) { return CalcComputing(*a) > CalcComputing(*b); });
   for (std::size_t i = 0; i < std::min(rows.size(), kMostSlow); ++i) {
     const RolloutRow& row = *rows[i];
-    text->Add("slowest", fmt::format("{}  {:>8} on {} ({}), {}", row.id.substr(0, kShort),
+    text->Add("slowest", fmt::format("{}  {:>8} on {} ({}), {}", row.id.substr(0, kShortDigits),
                                      FormatSpan(CalcComputing(row)), row.worker, DescribeComputing(row), row.kind));
   }
   text->Add("slowest", fmt::format("half of all take less than {}", FormatSpan(CalcComputing(*rows[rows.size() / 2]))));

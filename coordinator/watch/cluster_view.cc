@@ -1,5 +1,7 @@
 #include "coordinator/watch/cluster_view.h"
 
+#include <algorithm>
+
 #include "lcmtypes/wire/channels.h"
 
 namespace knap {
@@ -9,6 +11,10 @@ constexpr std::int64_t kRateWindowUs = 3'000'000;
 constexpr std::int64_t kForgetUs = 30'000'000;
 
 }  // namespace
+
+double CalcAge(std::int64_t heard_us, std::int64_t now_us) {
+  return static_cast<double>(std::max<std::int64_t>(0, now_us - heard_us)) * 1e-6;
+}
 
 double WatchedWorker::CalcRate() const {
   if (finished_then.size() < 2) return 0.0;

@@ -18,6 +18,9 @@
 
 namespace knap {
 
+// [s] since something was heard; 0 where that is still to come by this clock.
+double CalcAge(std::int64_t heard_us, std::int64_t now_us);
+
 struct WatchedRun {
   run_status_t status{};
   std::int64_t heard_us = 0;  // arrival of its latest status

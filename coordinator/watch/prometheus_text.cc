@@ -20,8 +20,6 @@ struct Metric {
   double (*get)(const Entry& entry, std::int64_t now_us);
 };
 
-double CalcAge(std::int64_t heard_us, std::int64_t now_us) { return 1e-6 * static_cast<double>(now_us - heard_us); }
-
 constexpr Metric<WatchedRun> kRunMetrics[] = {
     {"knap_run_progress_ratio", "gauge", "Share of the run that is done.",
      [](const WatchedRun& r, std::int64_t) { return r.status.progress; }},

@@ -26,10 +26,6 @@ const char* GetStateName(const char* const (&names)[N], std::int32_t state) {
 
 std::string FormatNumber64(std::int64_t number) { return fmt::format("{:016x}", static_cast<std::uint64_t>(number)); }
 
-double CalcAge(std::int64_t heard_us, std::int64_t now_us) {
-  return static_cast<double>(std::max<std::int64_t>(0, now_us - heard_us)) * 1e-6;
-}
-
 // So many characters of it: fmt counts them, never bytes.
 std::string Cut(const std::string& text, int width) { return fmt::format("{:.{}}", text, width); }
 
@@ -50,8 +46,8 @@ std::string FormatRunLines(const WatchedRun& run, const RunTraits* traits, std::
                               s.batch_count, s.iteration, FormatLoss(s.loss, unit), FormatLoss(s.best_loss, unit),
                               s.grad_norm, s.radius));
   if (s.rollouts_untrusted + s.gradients_flagged > 0) {
-    lines.push_back(fmt::format("  not to be trusted: {} rollouts, {} gradients", s.rollouts_untrusted,
-                                s.gradients_flagged));
+    lines.push_back(
+        fmt::format("  not to be trusted: {} rollouts, {} gradients", s.rollouts_untrusted, s.gradients_flagged));
   }
   lines.push_back(fmt::format(
       "  workers {}  rollouts {} ({:.1f}/s)  open {}  retries {}  refused {}{}", s.workers, s.requests_done,

@@ -66,7 +66,7 @@ std::string FormatHex(const ContentId& id) {
   return hex;
 }
 
-std::string FormatShort(const ContentId& id) { return FormatHex(id).substr(0, 12); }
+std::string FormatShort(const ContentId& id) { return FormatHex(id).substr(0, kShortDigits); }
 
 void AppendId(const ContentId& id, std::vector<std::uint8_t>* bytes) {
   bytes->insert(bytes->end(), id.begin(), id.end());

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <span>
@@ -49,7 +50,8 @@ ContentId CalcRequestId(const RequestContent& content);
 // but one of the numbers differently have different fingerprints.
 ContentId CalcFingerprint(std::span<const double> numbers);
 
-// 64 lower-case hexadecimal digits, and the first 12 of them for messages to people.
+// 64 lower-case hexadecimal digits, and the first of them for messages to people.
+inline constexpr std::size_t kShortDigits = 12;
 std::string FormatHex(const ContentId& id);
 std::string FormatShort(const ContentId& id);
 
