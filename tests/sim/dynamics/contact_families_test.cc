@@ -16,11 +16,10 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
+using test::kGravity;
 using test::MakeBox;
 using test::MakeMesh;
 using test::PairScene;
-
-constexpr double kGravity = 9.81;
 
 struct Path {
   std::vector<Pose> X_WB;

@@ -14,14 +14,14 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
+using test::kGravity;
 using test::MakeBox;
 using test::MakeMesh;
 using test::PairScene;
 
-constexpr double kGravity = 9.81;
 constexpr double kPi = std::numbers::pi;
 
-enum class Stand { kHalfSpace, kBox, kMesh };
+enum class Ground { kHalfSpace, kBox, kMesh };
 
 TriangleMesh MakePlate() {
   TriangleMesh mesh;
@@ -40,7 +40,7 @@ struct CylinderOnStand {
   PairScene scene;
   int cylinder = 0;
 
-  CylinderOnStand(Stand stand, const CylinderGeometry& shape, double mass, const ContactMaterial& material,
+  CylinderOnStand(Ground stand, const CylinderGeometry& shape, double mass, const ContactMaterial& material,
                   const Vector3d& p, const Matrix3d& R, const Vector3d& velocity = Vector3d::Zero(),
                   const Vector3d& w = Vector3d::Zero()) {
     scene.tree.gravity = Vector3d(0.0, 0.0, -kGravity);
@@ -49,8 +49,8 @@ struct CylinderOnStand {
     const int base = scene.AddFixed();
     cylinder = scene.AddFree(mass, {across, across, 0.5 * mass * r2}, p, Quaterniond(R), velocity, w);
     ContactGeometry ground = HalfSpaceGeometry{};
-    if (stand == Stand::kBox) ground = BoxGeometry{{0.05, 0.05, 0.01}, {0.0, 0.0, -0.01}};
-    if (stand == Stand::kMesh) ground = MakeMesh(MakePlate());
+    if (stand == Ground::kBox) ground = BoxGeometry{{0.05, 0.05, 0.01}, {0.0, 0.0, -0.01}};
+    if (stand == Ground::kMesh) ground = MakeMesh(MakePlate());
     scene.Touch(cylinder, shape, base, ground, material);
   }
 
@@ -71,7 +71,7 @@ struct CylinderOnStand {
 const CylinderGeometry kCoin{0.012, 0.0015};
 constexpr double kCoinMass = 0.0077;
 
-class CylinderTest : public testing::TestWithParam<Stand> {};
+class CylinderTest : public testing::TestWithParam<Ground> {};
 
 TEST_P(CylinderTest, ACoinSagsByItsPressure) {
   for (const double stiffness : {1e8, 1e9}) {
@@ -167,7 +167,7 @@ TEST_P(CylinderTest, ACanTipsOverItsRim) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Stands, CylinderTest, testing::Values(Stand::kHalfSpace, Stand::kBox, Stand::kMesh));
+INSTANTIATE_TEST_SUITE_P(Stands, CylinderTest, testing::Values(Ground::kHalfSpace, Ground::kBox, Ground::kMesh));
 
 }  // namespace
 }  // namespace knap

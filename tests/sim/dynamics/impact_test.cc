@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 using test::BallSample;
 using test::BallScene;
 
-constexpr double kFriction = 0.3;
+constexpr double kWallFriction = 0.3;
 
 struct Impact {
   Vector3d v;  // after the collision, in the world
@@ -33,7 +33,7 @@ Impact Collide(double stiffness, int steps_a_contact, const Vector3d& wall_veloc
   scene.tree.gravity.setZero();
   scene.AddTool([=](double t) { return CalcConstantVelocity(wall_velocity, Vector3d::Zero(), t); });
   scene.AddBall();
-  scene.Touch(scene.tool, {stiffness, 0.0, kFriction, 0.0, 1e-6},
+  scene.Touch(scene.tool, {stiffness, 0.0, kWallFriction, 0.0, 1e-6},
               std::make_shared<ContactMesh>(test::MakeBar(0.03, 0.012, 0.03, 1, 1)));
   const double V = wall_velocity.y() - v.y();
   // Energy balance of the half-space: m V²/2 = π E r δ³/3; the contact lasts about 2.9 δ/V.
@@ -53,7 +53,7 @@ Impact CollideRigidly(const Vector3d& wall_velocity, const Vector3d& v, const Ve
   const Vector3d arm(0.0, -scene.radius, 0.0);
   Vector3d slip = v - wall_velocity + w.cross(arm);
   slip.y() = 0.0;
-  const double tangential = std::min(kFriction * 2.0 * scene.mass * V, 2.0 / 7.0 * scene.mass * slip.norm());
+  const double tangential = std::min(kWallFriction * 2.0 * scene.mass * V, 2.0 / 7.0 * scene.mass * slip.norm());
   const Vector3d J = Vector3d(0.0, 2.0 * scene.mass * V, 0.0) - tangential * slip.normalized();
   return {v + J / scene.mass, w + arm.cross(J) / scene.inertia()};
 }
@@ -64,7 +64,7 @@ TEST_P(ImpactTest, ApproachesTheRigidCollision) {
   // The slip's direction is oblique to the mesh's edges, partly from spin, partly from the wall. Nothing spins about
   // the normal: a spot of contact resists that, a rigid sphere's point does not.
   const double V = 0.2;
-  const double slip = GetParam() * 7.0 * kFriction * V;
+  const double slip = GetParam() * 7.0 * kWallFriction * V;
   const Vector3d wall(0.05, 0.15, -0.02);
   const Vector3d w(-0.3 * slip / 0.01, 0.0, 0.2 * slip / 0.01);
   const Vector3d v = wall + Vector3d(0.4 * slip, -V, 0.5 * slip);  // slip·(0.6, 0.8) in all

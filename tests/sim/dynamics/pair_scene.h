@@ -12,6 +12,8 @@
 
 namespace knap::test {
 
+inline constexpr double kGravity = 9.81;  // [m/s²]
+
 inline BoxGeometry MakeBox(const Eigen::Vector3d& size) { return {0.5 * size, Eigen::Vector3d::Zero()}; }
 
 inline MeshGeometry MakeMesh(const TriangleMesh& mesh) { return {std::make_shared<ContactMesh>(mesh)}; }

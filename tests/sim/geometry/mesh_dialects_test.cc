@@ -4,14 +4,15 @@
 
 #include <cstring>
 #include <regex>
-#include <stdexcept>
 #include <string>
 
 #include "sim/geometry/mesh_io.h"
+#include "tests/sim/geometry/read_error.h"
 
 namespace knap {
 namespace {
 
+using test::ReadError;
 using ::testing::HasSubstr;
 
 const std::string kMark = "\xef\xbb\xbf";
@@ -46,15 +47,6 @@ void ExpectSame(const std::string& name, const std::string& plain, const std::st
   EXPECT_EQ(FindDefects(a).Describe(), "");
   EXPECT_EQ(a.vertices, b.vertices);
   EXPECT_EQ(a.triangles, b.triangles);
-}
-
-std::string ReadError(const std::string& name, const std::string& bytes) {
-  try {
-    ReadMesh(name, bytes, 1);
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "";
 }
 
 TEST(ObjDialects, AByteOrderMark) { ExpectSame("t.obj", kObj, kMark + kObj); }

@@ -14,11 +14,14 @@
 #include <set>
 #include <stdexcept>
 
+#include "tests/sim/geometry/read_error.h"
+
 namespace knap {
 namespace {
 
 using Eigen::Vector3d;
 using Eigen::Vector3i;
+using test::ReadError;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
@@ -26,16 +29,6 @@ std::string ReadBytes(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   EXPECT_TRUE(file) << path;
   return {std::istreambuf_iterator<char>(file), {}};
-}
-
-// The message of what ReadMesh throws, "" if it does not.
-std::string ReadError(const std::string& name, std::string_view bytes, double unit = 1) {
-  try {
-    ReadMesh(name, bytes, unit);
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "";
 }
 
 // A box 2 x 3 x 5 from the origin, of quadrangles, its vertices in an order no face would give.
