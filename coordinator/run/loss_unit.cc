@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <numbers>
 #include <optional>
 #include <set>
 #include <string>
@@ -13,13 +14,31 @@
 namespace knap {
 namespace {
 
+// Units in which people give lengths and angles, before the SI's.
+struct CommonUnit {
+  Dimension dimension;
+  double value;
+  const char* name;
+};
+constexpr CommonUnit kCommonUnits[] = {
+    {kLength, 1.0, "m"},   {kLength, 0.01, "cm"}, {kLength, 0.001, "mm"},
+    {kLength, 1e-6, "um"}, {kLength, 1e3, "km"},  {kAngle, std::numbers::pi / 180.0, "deg"},
+    {kAngle, 1.0, "rad"},
+};
+
+// "mm", "30 mm", "10 deg", "rad/s": in the unit that takes the fewest digits.
 std::string GetScaleName(double scale, const Dimension& dimension) {
-  constexpr std::pair<double, const char*> kLengths[] = {
-      {1.0, "m"}, {0.01, "cm"}, {0.001, "mm"}, {1e-6, "um"}, {1000.0, "km"}};
-  for (const auto& [length, name] : kLengths) {
-    if (dimension == kLength && scale == length) return name;
+  std::string digits, name;
+  for (const CommonUnit& unit : kCommonUnits) {
+    if (unit.dimension != dimension) continue;
+    std::string number = fmt::format("{:.6g}", scale / unit.value);
+    if (number == "1") return unit.name;
+    if (!digits.empty() && number.size() >= digits.size()) continue;
+    digits = std::move(number);
+    name = unit.name;
   }
-  return scale == 1.0 ? UnitName(dimension) : fmt::format("({})", FormatQuantity(scale, dimension));
+  if (!digits.empty()) return fmt::format("{} {}", digits, name);
+  return scale == 1.0 ? UnitName(dimension) : FormatQuantity(scale, dimension);
 }
 
 }  // namespace
@@ -44,7 +63,8 @@ std::string FormatLossUnit(const Scene& scene) {
   if (units.size() != 1) return {};
   const std::string& name = *units.begin();
   if (powers.size() > 1) return fmt::format(" ({} in {})", are_lengths ? "lengths" : "counted", name);
-  return fmt::format(" {}{}", name, *powers.begin() == 2 ? "²" : "");
+  const bool is_one_word = name.find_first_of(" /*^") == std::string::npos;
+  return fmt::format(" {}{}", is_one_word ? name : fmt::format("({})", name), *powers.begin() == 2 ? "²" : "");
 }
 
 }  // namespace knap

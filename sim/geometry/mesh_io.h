@@ -29,7 +29,8 @@ TriangleMesh ReadMesh(const std::string& name, std::string_view bytes, double me
 std::string WriteStl(const TriangleMesh& mesh);
 
 // Returns an OBJ file of a mesh in metres, with coordinates divided by `metres_per_unit` and written with
-// nine digits. Vertices are numbered by first use. Indices must be in range.
+// nine digits. Vertices and triangles keep their order, so that what names a vertex by its number (a cage's
+// groups) is true of the file. Indices must be in range.
 std::string WriteObj(const TriangleMesh& mesh, double metres_per_unit);
 
 // Writes `bytes` to `path`, replacing what was there. Throws std::runtime_error with path and reason.

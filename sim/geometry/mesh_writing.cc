@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 #include <memory>
 #include <stdexcept>
 
@@ -39,8 +40,8 @@ std::unique_ptr<aiScene> MakeEmptyScene(const std::string& name) {
   return scene;
 }
 
-// One mesh with three vertices of its own and a normal for every triangle.
-std::unique_ptr<aiScene> MakeFacetScene(const TriangleMesh& mesh, double units_per_metre) {
+// One mesh, in millimetres, with three vertices of its own and a normal for every triangle.
+std::unique_ptr<aiScene> MakeFacetScene(const TriangleMesh& mesh) {
   std::unique_ptr<aiScene> scene = MakeEmptyScene("");
   aiMesh* out = scene->mMeshes[0];
   out->mNumFaces = static_cast<unsigned>(mesh.triangles.size());
@@ -56,7 +57,7 @@ std::unique_ptr<aiScene> MakeFacetScene(const TriangleMesh& mesh, double units_p
     face.mNumIndices = 3;
     face.mIndices = new unsigned[3]{3 * i, 3 * i + 1, 3 * i + 2};
     for (int k = 0; k < 3; ++k) {
-      out->mVertices[3 * i + k] = ToAssimp(mesh.vertices[t[k]] * units_per_metre);
+      out->mVertices[3 * i + k] = ToAssimp(mesh.vertices[t[k]] * 1000.0);
       out->mNormals[3 * i + k] = ToAssimp(normal);
     }
   }
@@ -96,7 +97,15 @@ std::string Export(const aiScene& scene, const char* format) {
 std::string WriteStl(const TriangleMesh& mesh) { return WritePrintFile(mesh, PrintFormat::kStl, ""); }
 
 std::string WriteObj(const TriangleMesh& mesh, double metres_per_unit) {
-  return Export(*MakeFacetScene(mesh, 1 / metres_per_unit), "objnomtl");
+  // Assimp numbers vertices anew, by what its triangles meet first.
+  std::string text;
+  const auto out = std::back_inserter(text);
+  for (const Vector3d& v : mesh.vertices) {
+    const Vector3d p = v / metres_per_unit;
+    fmt::format_to(out, "v {:.9g} {:.9g} {:.9g}\n", p.x(), p.y(), p.z());
+  }
+  for (const Vector3i& t : mesh.triangles) fmt::format_to(out, "f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
+  return text;
 }
 
 namespace {
@@ -131,7 +140,7 @@ std::string WritePrintFile(const TriangleMesh& unrounded, PrintFormat format, co
   }
   switch (format) {
     case PrintFormat::kStl:
-      return Export(*MakeFacetScene(mesh, 1000), "stlb");
+      return Export(*MakeFacetScene(mesh), "stlb");
     case PrintFormat::k3mf:
       return Write3mf(mesh, name);
     case PrintFormat::kObj:

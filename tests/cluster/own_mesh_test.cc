@@ -1,15 +1,21 @@
 // What a user does with a tool outside of learning: exports it, starts again from it, and makes a cage around a mesh.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
 
+#include <Eigen/Core>
+#include <algorithm>
+#include <cstddef>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "coordinator/run_directory/temporary_folder.h"
+#include "sim/geometry/mesh_io.h"
 #include "tests/cluster/child_process.h"
 
 namespace knap {
@@ -46,6 +52,22 @@ class OwnMeshTest : public ::testing::Test {
   }
 
   bool AreSame(const std::string& a, const std::string& b) { return ReadText(folder_ / a) == ReadText(folder_ / b); }
+
+  // Each "station_K" of a proposed design: the vertices of the cage's file with its numbers have one x, and no two
+  // stations have the same.
+  void ExpectStationsToLieInPlanes(const std::string& design, const std::string& cage) {
+    const std::vector<Eigen::Vector3d> vertices = ReadMesh(cage, ReadText(folder_ / cage), 1e-3).vertices;
+    std::set<double> stations;
+    const YAML::Node body = YAML::Load(design)["design"]["bodies"][0];
+    for (const YAML::Node& group : body["vertex_groups"]) {
+      const auto name = group["name"].as<std::string>();
+      if (std::count(name.begin(), name.end(), '_') > 1) continue;  // a side of a station
+      const auto numbers = group["vertices"].as<std::vector<std::size_t>>();
+      for (const std::size_t i : numbers) EXPECT_EQ(vertices.at(i).x(), vertices.at(numbers[0]).x()) << name;
+      EXPECT_TRUE(stations.insert(vertices.at(numbers[0]).x()).second) << name;
+    }
+    EXPECT_EQ(stations.size(), 4u);
+  }
 
   Json ReadJson(const std::string& name) { return Json::parse(ReadText(folder_ / name)); }
 
@@ -138,6 +160,7 @@ TEST_F(OwnMeshTest, ACageIsMadeThatScenariosTake) {
     const Ended made = Run({"cage", "spool.obj", "--axis", "x", "--stations", "4", "--shape", shape, "--picture",
                             shape + ".svg", "--out", shape + ".obj"});
     ASSERT_EQ(made.code, 0) << made.err;
+    ExpectStationsToLieInPlanes(made.out, shape + ".obj");
     EXPECT_THAT(ReadText(folder_ / (shape + ".svg")), AllOf(HasSubstr("offset_4_z"), HasSubstr("</svg>")));
     std::ofstream(folder_ / (shape + ".yaml"))
         << "schema: 2\nname: own\nbodies:\n"

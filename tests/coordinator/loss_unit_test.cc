@@ -21,7 +21,7 @@ std::string FormatUnitOf(const char* config, std::vector<std::string> overrides 
 TEST(LossUnitTest, SquaresOfLengthsHaveASquareUnit) {
   EXPECT_EQ(FormatUnitOf("pushing.yaml"), " m²");
   EXPECT_EQ(FormatUnitOf("pushing.yaml", {"loss.task[0].scale=1 mm"}), " mm²");
-  EXPECT_EQ(FormatUnitOf("pushing.yaml", {"loss.task[0].scale=30 mm"}), " (0.03 m)²");
+  EXPECT_EQ(FormatUnitOf("pushing.yaml", {"loss.task[0].scale=30 mm"}), " (3 cm)²");
 }
 
 TEST(LossUnitTest, TermsOfSeveralKindsNameTheLength) {
@@ -46,7 +46,7 @@ TEST(LossUnitTest, OtherUnitsThanLengthsCountToo) {
   Scene scene;
   scene.signals = {{"spin", AngularVelocitySignal{}}, {"away", DistanceSignal{}}};
   scene.loss.task = {MakeTerm("spin")};
-  EXPECT_EQ(FormatLossUnit(scene), " rad/s²");
+  EXPECT_EQ(FormatLossUnit(scene), " (rad/s)²");
   scene.loss.task.push_back(MakeTerm("spin", TermShape::kLog));
   EXPECT_EQ(FormatLossUnit(scene), " (counted in rad/s)");
   scene.loss.task.push_back(MakeTerm("away"));
