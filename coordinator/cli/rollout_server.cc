@@ -23,9 +23,6 @@
 namespace knap {
 namespace {
 
-using nlohmann::json;
-using nlohmann::ordered_json;
-
 constexpr std::size_t kLongestLine = std::size_t{1} << 26;  // more than a million numbers
 
 // False at the end of the input. A longer line than is allowed comes cut, by one byte too long.
@@ -41,7 +38,7 @@ bool ReadLine(std::istream& in, std::string* line) {
   return any;
 }
 
-double ReadNumber(const json& value, const std::string& where) {
+double ReadNumber(const nlohmann::json& value, const std::string& where) {
   if (!value.is_number()) throw UsageError(fmt::format("{}: value {}: expected a number", where, value.dump()));
   return value.get<double>();
 }
@@ -58,8 +55,8 @@ class RolloutServer {
         keys_(ListVariedKeys(scene_.variation)),
         nominal_(ReadNominalVariation(scene_)) {}
 
-  ordered_json Introduce() const {
-    ordered_json parameters = ordered_json::array();
+  nlohmann::ordered_json Introduce() const {
+    nlohmann::ordered_json parameters = nlohmann::ordered_json::array();
     for (std::size_t i = 0; i < parameters_.names.size(); ++i) {
       parameters.push_back({{"name", parameters_.names[i]},
                             {"unit", parameters_.GetUnit(i)},
@@ -67,7 +64,7 @@ class RolloutServer {
                             {"upper", parameters_.upper[i]},
                             {"initial", parameters_.initial[i]}});
     }
-    ordered_json variation = ordered_json::array();
+    nlohmann::ordered_json variation = nlohmann::ordered_json::array();
     for (std::size_t i = 0; i < keys_.size(); ++i) variation.push_back({{"key", keys_[i]}, {"nominal", nominal_[i]}});
     return {{"server", 1},
             {"scenario", scene_.name},
@@ -76,17 +73,17 @@ class RolloutServer {
             {"variation", std::move(variation)}};
   }
 
-  ordered_json Answer(const std::string& line) {
-    json id;
+  nlohmann::ordered_json Answer(const std::string& line) {
+    nlohmann::json id;
     try {
       if (line.size() > kLongestLine) throw UsageError(fmt::format("a line of more than {} bytes", kLongestLine));
-      const json request = json::parse(line);
+      const nlohmann::json request = nlohmann::json::parse(line);
       if (!request.is_object()) throw UsageError("expected an object, such as {\"theta\": [0.01, 0.02]}");
-      id = request.value("id", json());
-      ordered_json answer{{"id", id}};
+      id = request.value("id", nlohmann::json());
+      nlohmann::ordered_json answer{{"id", id}};
       answer.update(Run(request));
       return answer;
-    } catch (const json::exception& e) {
+    } catch (const nlohmann::json::exception& e) {
       return {{"id", id}, {"error", CleanText(e.what())}};
     } catch (const std::invalid_argument& e) {
       return {{"id", id}, {"error", CleanText(e.what())}};
@@ -96,23 +93,23 @@ class RolloutServer {
   }
 
  private:
-  ordered_json Run(const json& request) {
+  nlohmann::ordered_json Run(const nlohmann::json& request) {
     static const std::set<std::string> known = {"id", "theta", "reference_theta", "variation", "gradient"};
     for (const auto& [key, value] : request.items()) {
       if (!known.contains(key)) {
-        throw UsageError(
-            fmt::format("{}: not a key; id, theta, reference_theta, variation and gradient are", json(key).dump()));
+        throw UsageError(fmt::format("{}: not a key; id, theta, reference_theta, variation and gradient are",
+                                     nlohmann::json(key).dump()));
       }
     }
     RolloutInput input;
-    SplitControls(ReadTheta(request.value("theta", json()), "theta"), parameters_.controls, &input.theta,
+    SplitControls(ReadTheta(request.value("theta", nlohmann::json()), "theta"), parameters_.controls, &input.theta,
                   &input.controls);
     if (request.contains("reference_theta")) {
       SplitControls(ReadTheta(request.at("reference_theta"), "reference_theta"), parameters_.controls,
                     &input.theta_reference, &input.controls_reference);
     }
-    input.variation = ReadVariation(request.value("variation", json()));
-    const json wanted = request.value("gradient", json(true));
+    input.variation = ReadVariation(request.value("variation", nlohmann::json()));
+    const nlohmann::json wanted = request.value("gradient", nlohmann::json(true));
     if (!wanted.is_boolean()) throw UsageError("gradient: expected true or false");
     input.want_gradient = wanted.get<bool>();
     const RolloutOutput output = model_->Run(input, {});
@@ -120,7 +117,7 @@ class RolloutServer {
   }
 
   // Null: the default design.
-  std::vector<double> ReadTheta(const json& value, const std::string& where) const {
+  std::vector<double> ReadTheta(const nlohmann::json& value, const std::string& where) const {
     if (value.is_null()) return ChooseTheta("", parameters_, designs_);
     if (value.is_string()) return ChooseTheta(value.get<std::string>(), parameters_, designs_);
     if (value.is_array()) return ReadList(value, parameters_.names, where);
@@ -132,7 +129,7 @@ class RolloutServer {
   }
 
   // Null: the file's own values.
-  std::vector<double> ReadVariation(const json& value) const {
+  std::vector<double> ReadVariation(const nlohmann::json& value) const {
     if (value.is_null()) return nominal_;
     if (value.is_number_unsigned()) return SampleTestVariation(scenario_, {}, value.get<std::uint64_t>());
     if (value.is_array()) return ReadList(value, keys_, "variation");
@@ -140,13 +137,14 @@ class RolloutServer {
     std::vector<double> values = nominal_;
     for (const auto& [key, number] : value.items()) {
       const auto at = std::find(keys_.begin(), keys_.end(), key);
-      if (at == keys_.end()) throw UsageError(fmt::format("variation: {} is not a varied key", json(key).dump()));
+      if (at == keys_.end())
+        throw UsageError(fmt::format("variation: {} is not a varied key", nlohmann::json(key).dump()));
       values[static_cast<std::size_t>(at - keys_.begin())] = ReadNumber(number, "variation." + key);
     }
     return values;
   }
 
-  std::vector<double> ReadList(const json& list, const std::vector<std::string>& names,
+  std::vector<double> ReadList(const nlohmann::json& list, const std::vector<std::string>& names,
                                const std::string& where) const {
     if (list.size() != names.size()) {
       throw UsageError(fmt::format("{}: {} values; the scenario has {}", where, list.size(), names.size()));

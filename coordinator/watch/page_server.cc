@@ -63,33 +63,6 @@ void Send(std::string text, const char* type, std::shared_ptr<const void> answer
       });
 }
 
-// How many answers are under way. The library, when stopped, leaves out whatever of them it has not begun to write.
-class OpenAnswers {
- public:
-  // Ends with the last copy of what it returns.
-  std::shared_ptr<const void> Begin() {
-    const std::scoped_lock lock(mutex_);
-    ++count_;
-    return {this, [](OpenAnswers* self) { self->End(); }};
-  }
-
-  void WaitUntilNone() {
-    std::unique_lock lock(mutex_);
-    ended_.wait(lock, [this] { return count_ == 0; });
-  }
-
- private:
-  void End() {
-    const std::scoped_lock lock(mutex_);
-    --count_;
-    ended_.notify_all();
-  }
-
-  std::mutex mutex_;
-  std::condition_variable ended_;
-  int count_ = 0;
-};
-
 }  // namespace
 
 ListenAddress ParseListenAddress(const std::string& text) {
@@ -113,6 +86,33 @@ ListenAddress ParseListenAddress(const std::string& text) {
 }
 
 struct PageServer::Listener {
+  // How many answers are under way. The library, when stopped, leaves out whatever of them it has not begun to write.
+  class OpenAnswers {
+   public:
+    // Ends with the last copy of what it returns.
+    std::shared_ptr<const void> Begin() {
+      const std::scoped_lock lock(mutex_);
+      ++count_;
+      return {this, [](OpenAnswers* self) { self->End(); }};
+    }
+
+    void WaitUntilNone() {
+      std::unique_lock lock(mutex_);
+      ended_.wait(lock, [this] { return count_ == 0; });
+    }
+
+   private:
+    void End() {
+      const std::scoped_lock lock(mutex_);
+      --count_;
+      ended_.notify_all();
+    }
+
+    std::mutex mutex_;
+    std::condition_variable ended_;
+    int count_ = 0;
+  };
+
   OpenAnswers answers;
   httplib::Server server;
   std::thread thread;
@@ -143,7 +143,7 @@ PageServer::PageServer(const ListenAddress& address, ServedPage content) : liste
     response.set_content("knap: open the address that it has printed, with its token\n", "text/plain");
     return httplib::Server::HandlerResponse::Handled;
   });
-  OpenAnswers& answers = listener_->answers;
+  Listener::OpenAnswers& answers = listener_->answers;
   server.Get("/", [&answers, page = std::move(content.page)](const httplib::Request&, httplib::Response& response) {
     const std::shared_ptr<const void> answer = answers.Begin();
     Send(page(), "text/html; charset=utf-8", answer, &response);
