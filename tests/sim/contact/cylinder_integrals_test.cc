@@ -52,7 +52,7 @@ TEST(CylinderIntegralsTest, LyingItDisplacesASegment) {
   }
 }
 
-class Random {
+class RandomCylinders {
  public:
   SolidCylinder MakeCylinder() {
     const double H = U(0.001, 0.02);
@@ -70,7 +70,7 @@ class Random {
 
 // Buoyancy: F is the volume below the plane, M that volume's moment.
 TEST(CylinderIntegralsTest, EqualsTheVolumeBelow) {
-  Random random;
+  RandomCylinders random;
   int compared = 0;
   for (int trial = 0; trial < 20; ++trial) {
     const SolidCylinder c = random.MakeCylinder();
@@ -107,7 +107,7 @@ TEST(CylinderIntegralsTest, EqualsTheVolumeBelow) {
 }
 
 TEST(CylinderIntegralsTest, MovesAsDifferencesSay) {
-  Random random;
+  RandomCylinders random;
   int compared = 0;
   for (int trial = 0; trial < 60; ++trial) {
     const SolidCylinder c = random.MakeCylinder();

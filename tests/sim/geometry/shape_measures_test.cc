@@ -87,11 +87,11 @@ void ExpectGradient(const TriangleMesh& mesh, const std::function<ShapeMeasure(c
   ASSERT_GT(largest, 0.0);
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     for (int k = 0; k < 3; ++k) {
-      const auto central = [&](double step) {
+      const auto central = [&](double d) {
         TriangleMesh above = mesh, below = mesh;
-        above.vertices[i][k] += step;
-        below.vertices[i][k] -= step;
-        return (measure(above).value - measure(below).value) / (2.0 * step);
+        above.vertices[i][k] += d;
+        below.vertices[i][k] -= d;
+        return (measure(above).value - measure(below).value) / (2.0 * d);
       };
       const double difference = (4.0 * central(0.5 * h) - central(h)) / 3.0;
       EXPECT_NEAR(at.gradient(k, static_cast<Eigen::Index>(i)), difference, tolerance * largest) << i << " " << k;

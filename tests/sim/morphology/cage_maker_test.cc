@@ -112,7 +112,9 @@ TEST(CageMaker, ParametersDoWhatTheirNamesSay) {
       EXPECT_EQ(FindDefects(design.CalcMesh(theta)).Describe(), "") << p.name;
       const Vector3d before = CalcBoundingBox(made.cage).sizes();
       const Vector3d after = CalcBoundingBox(design.CalcCage(theta)).sizes();
-      if (p.name.starts_with("length")) EXPECT_NEAR(after.x() - before.x(), bound - p.initial, 1e-12) << p.name;
+      if (p.name.starts_with("length")) {
+        EXPECT_NEAR(after.x() - before.x(), bound - p.initial, 1e-12) << p.name;
+      }
     }
   }
   // 2 lengths, 3 widths, 3 heights, 6 offsets.
