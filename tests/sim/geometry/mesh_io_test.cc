@@ -271,6 +271,7 @@ TEST(WriteObj, ReadsBack) {
   const TriangleMesh box = ReadMesh("box.obj", kBoxObj, 0.001);
   const TriangleMesh back = ReadMesh("back.obj", WriteObj(box, 0.001), 0.001);
   EXPECT_EQ(FindDefects(back).Describe(), "");
+  EXPECT_EQ(back.vertices.size(), 8u);
   EXPECT_NEAR(CalcSignedVolume(back), 30e-9, 30e-9 * 1e-6);
 }
 
