@@ -7,9 +7,9 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 
 #include "sim/geometry/bullet_memory.h"
+#include "sim/geometry/leaf_ids.h"
 
 namespace knap {
 namespace {
@@ -18,14 +18,6 @@ using Eigen::Vector3d;
 
 // Of the mesh's size: by which boxes and triangles are widened against rounding.
 constexpr double kRounding = 1e-9;
-
-struct CollectIds final : btDbvt::ICollide {
-  explicit CollectIds(std::vector<int>* ids_in) : ids(ids_in) {}
-  void Process(const btDbvtNode* leaf) override {
-    ids->push_back(static_cast<int>(reinterpret_cast<std::intptr_t>(leaf->data)));
-  }
-  std::vector<int>* ids;
-};
 
 }  // namespace
 
@@ -48,11 +40,8 @@ RayCaster::RayCaster(const TriangleMesh& mesh) : tree_(std::make_unique<Tree>())
     tree_->normals.push_back((mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a).stableNormalized());
     Eigen::AlignedBox3d box;
     for (int k = 0; k < 3; ++k) box.extend(mesh.vertices[t[k]]);
-    const Vector3d low = box.min() - margin;
-    const Vector3d high = box.max() + margin;
-    tree_->dbvt.insert(
-        btDbvtVolume::FromMM(btVector3(low.x(), low.y(), low.z()), btVector3(high.x(), high.y(), high.z())),
-        reinterpret_cast<void*>(static_cast<std::intptr_t>(i)));
+    tree_->dbvt.insert(btDbvtVolume::FromMM(ToBullet(box.min() - margin), ToBullet(box.max() + margin)),
+                       EncodeId(static_cast<int>(i)));
   }
   tree_->dbvt.optimizeTopDown(2);
 }

@@ -11,10 +11,10 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3i;
 
-constexpr double kRounding = 1e-12;  // of the mesh's size
+constexpr double kMeeting = 1e-12;  // of the mesh's size
 
 // A triangle, or one of its edges: up to three corners and the edges between them.
-struct Patch {
+struct Simplex {
   std::array<Vector3d, 3> corners;
   int count = 3;
 
@@ -23,14 +23,14 @@ struct Patch {
   Vector3d CalcNormal() const { return GetEdge(0).cross(corners[2] - corners[0]); }
 };
 
-bool Separates(const Vector3d& axis, const Patch& a, const Patch& b, double tolerance) {
+bool Separates(const Vector3d& axis, const Simplex& a, const Simplex& b, double tolerance) {
   const Vector3d& origin = a.corners[0];  // saves digits far from the frame's own
   double low[2], high[2];
   for (int side = 0; side < 2; ++side) {
-    const Patch& patch = side == 0 ? a : b;
-    low[side] = high[side] = axis.dot(patch.corners[0] - origin);
-    for (int i = 1; i < patch.count; ++i) {
-      const double at = axis.dot(patch.corners[i] - origin);
+    const Simplex& simplex = side == 0 ? a : b;
+    low[side] = high[side] = axis.dot(simplex.corners[0] - origin);
+    for (int i = 1; i < simplex.count; ++i) {
+      const double at = axis.dot(simplex.corners[i] - origin);
       low[side] = std::min(low[side], at);
       high[side] = std::max(high[side], at);
     }
@@ -38,17 +38,17 @@ bool Separates(const Vector3d& axis, const Patch& a, const Patch& b, double tole
   return std::max(low[1] - high[0], low[0] - high[1]) > tolerance * axis.norm();
 }
 
-bool AreApart(const Patch& a, const Patch& b, double tolerance) {
-  for (const Patch* patch : {&a, &b}) {
-    if (patch->count == 3 && Separates(patch->CalcNormal(), a, b, tolerance)) return true;
+bool AreApart(const Simplex& a, const Simplex& b, double tolerance) {
+  for (const Simplex* simplex : {&a, &b}) {
+    if (simplex->count == 3 && Separates(simplex->CalcNormal(), a, b, tolerance)) return true;
   }
   // Most neighbours lie in one plane: its axes first.
-  for (const Patch* plane : {&a, &b}) {
+  for (const Simplex* plane : {&a, &b}) {
     if (plane->count != 3) continue;
     const Vector3d normal = plane->CalcNormal();
-    for (const Patch* patch : {&a, &b}) {
-      for (int i = 0; i < patch->CountEdges(); ++i) {
-        if (Separates(normal.cross(patch->GetEdge(i)), a, b, tolerance)) return true;
+    for (const Simplex* simplex : {&a, &b}) {
+      for (int i = 0; i < simplex->CountEdges(); ++i) {
+        if (Separates(normal.cross(simplex->GetEdge(i)), a, b, tolerance)) return true;
       }
     }
   }
@@ -67,7 +67,7 @@ class PairTest {
     if (box.isEmpty()) return;
     // Far from the frame's origin the coordinates themselves are rounded to more than that.
     const double farthest = std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
-    tolerance_ = kRounding * std::max(box.diagonal().norm(), 1e-3 * farthest);
+    tolerance_ = kMeeting * std::max(box.diagonal().norm(), 1e-3 * farthest);
   }
 
   double tolerance() const { return tolerance_; }
@@ -93,10 +93,10 @@ class PairTest {
   }
 
  private:
-  Patch MakeTriangle(const Vector3i& t) const {
+  Simplex MakeTriangle(const Vector3i& t) const {
     return {{mesh_.vertices[t[0]], mesh_.vertices[t[1]], mesh_.vertices[t[2]]}, 3};
   }
-  Patch MakeOppositeEdge(const Vector3i& t, int corner) const {
+  Simplex MakeOppositeEdge(const Vector3i& t, int corner) const {
     const Vector3d& from = mesh_.vertices[t[(corner + 1) % 3]];
     const Vector3d& to = mesh_.vertices[t[(corner + 2) % 3]];
     return {{from, to, to}, 2};

@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 using Eigen::Vector3i;
 
 // Cosines below which faces that open at almost a right angle are not looked at: their w is of no weight.
-constexpr double kLeastFacing = 1e-3;
+constexpr double kLeastWallFacing = 1e-3;
 
 // A triangle, and cotangents of its unit normal and area taken to its corners.
 struct Face {
@@ -63,7 +63,7 @@ std::vector<Wall> FindWalls(const TriangleMesh& mesh) {
     const Vector3i& t = mesh.triangles[static_cast<std::size_t>(i)];
     const Vector3d inward = -Face(mesh, t).normal;
     const auto hit = caster.FindNext(CalcCenter(mesh, t), inward, i, RayCaster::Crossing::kLeaving, &scratch);
-    if (hit && hit->facing > kLeastFacing) walls.push_back({i, hit->triangle, CalcWall(*hit)});
+    if (hit && hit->facing > kLeastWallFacing) walls.push_back({i, hit->triangle, CalcWall(*hit)});
   }
   return walls;
 }

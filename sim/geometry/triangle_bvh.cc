@@ -4,26 +4,11 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
 
 #include "sim/geometry/bullet_memory.h"
+#include "sim/geometry/leaf_ids.h"
 
 namespace knap {
-namespace {
-
-btVector3 ToBullet(const Eigen::Vector3d& v) { return btVector3(v.x(), v.y(), v.z()); }
-
-// Bullet keeps a pointer with every leaf; ours is the triangle's id, which no one dereferences.
-void* EncodeId(int id) { return reinterpret_cast<void*>(static_cast<std::intptr_t>(id)); }
-int DecodeId(void* data) { return static_cast<int>(reinterpret_cast<std::intptr_t>(data)); }
-
-struct CollectIds final : btDbvt::ICollide {
-  explicit CollectIds(std::vector<int>* ids_in) : ids(ids_in) {}
-  void Process(const btDbvtNode* leaf) override { ids->push_back(DecodeId(leaf->data)); }
-  std::vector<int>* ids;
-};
-
-}  // namespace
 
 struct TriangleBvh::Tree {
   Tree() { UseThrowingBulletAllocator(); }
