@@ -4,8 +4,7 @@
 
 # knap_precompile(NAME [LIGHT] HEADERS <a> … [DEPS …]): a set for knap_use_precompiled(TARGET NAME).
 # What uses a LIGHT set is optimised lightly: it prints, parses and compares, which waits for nothing, and optimising
-# that took two thirds of the time that compiling it took. Libraries that it calls have their own flags. Most of the
-# rest is templates, made anew for every source: a target's sources are compiled eight at a time.
+# that took two thirds of the time that compiling it took. Libraries that it calls have their own flags.
 function(knap_precompile name)
   cmake_parse_arguments(ARG "LIGHT" "" "HEADERS;DEPS" ${ARGN})
   # The set belongs to a target, and a target has a source.
@@ -25,9 +24,6 @@ function(knap_optimise_like target name)
   get_target_property(light knap_precompiled_${name} KNAP_LIGHT_OPTIONS)
   if(light)
     target_compile_options(${target} PRIVATE ${light})
-    if(NOT CMAKE_DISABLE_PRECOMPILE_HEADERS)
-      set_target_properties(${target} PROPERTIES UNITY_BUILD ON)
-    endif()
   endif()
 endfunction()
 

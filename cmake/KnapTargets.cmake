@@ -1,3 +1,8 @@
+# Much of compiling is templates, made anew for every source: a target's sources are compiled eight at a time. Preset
+# dev has this off, for whoever changes one source and builds again.
+option(KNAP_UNITY "Compile a target's sources several at a time" ON)
+set(CMAKE_UNITY_BUILD ${KNAP_UNITY})
+
 # One interface target holds every private compile setting of knap's own code.
 add_library(knap_settings INTERFACE)
 target_compile_options(knap_settings INTERFACE
@@ -6,6 +11,8 @@ target_compile_options(knap_settings INTERFACE
   -ffp-contract=off
   # What a failed CHECK prints is a path in the tree, wherever the tree was.
   -fmacro-prefix-map=${PROJECT_SOURCE_DIR}/=
+  # Where sources are compiled together, what a class and its source keep to themselves looks as if it were a header's.
+  $<$<AND:$<BOOL:${KNAP_UNITY}>,$<CXX_COMPILER_ID:GNU>>:-Wno-subobject-linkage>
   # Lets ccache see what a precompiled header holds.
   $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess>)
 # fmt's header is among the precompiled ones, so its definitions must be the same everywhere.

@@ -2,18 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <stdexcept>
 
+#include "lcmtypes/wire/clock.h"
 #include "sim/transfer/transfer_model.h"
 #include "worker/knap_identity.h"
 
 namespace knap {
 namespace {
-
-double ReadSeconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 class BulletScenario final : public EngineScenario {
  public:
@@ -26,7 +22,7 @@ class BulletScenario final : public EngineScenario {
     if (!request.reference.empty()) answer.error = "the engine bullet has no distillation: ask for task losses";
     if (!request.controls.empty()) answer.error = "the engine bullet has no actuators";
     if (!answer.error.empty()) return answer;
-    const double start = ReadSeconds();
+    const double start = ReadSteadySeconds();
     try {
       const Eigen::Map<const Eigen::VectorXd> theta(request.theta.data(),
                                                     static_cast<Eigen::Index>(request.theta.size()));
@@ -41,7 +37,7 @@ class BulletScenario final : public EngineScenario {
       answer.largest_force = output.largest_force;
       answer.contact_onsets = output.contact_onsets;
       answer.steps = output.steps;
-      answer.forward_s = ReadSeconds() - start;
+      answer.forward_s = ReadSteadySeconds() - start;
     } catch (const std::invalid_argument& error) {
       answer.error = error.what();
     }

@@ -4,18 +4,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <utility>
 
+#include "lcmtypes/wire/clock.h"
 #include "sim/rollout/rollout.h"
 #include "worker/knap_identity.h"
 
 namespace knap {
 namespace {
-
-double ReadSeconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 Eigen::VectorXd ToVector(const std::vector<double>& values) {
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
@@ -23,7 +19,7 @@ Eigen::VectorXd ToVector(const std::vector<double>& values) {
 
 class KnapScenario final : public EngineScenario {
  public:
-  explicit KnapScenario(const ScenarioFiles& files) : model_(files) { model_.clock = ReadSeconds; }
+  explicit KnapScenario(const ScenarioFiles& files) : model_(files) { model_.clock = ReadSteadySeconds; }
 
   EngineAnswer Run(const EngineRequest& request,
                    const std::function<void(std::int64_t, std::int64_t)>& progress) override {

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -25,6 +24,7 @@
 #include "coordinator/run_directory/journal.h"
 #include "coordinator/run_directory/json_text.h"
 #include "lcmtypes/program/standard_streams.h"
+#include "lcmtypes/wire/clock.h"
 #include "lcmtypes/wire/scenario_bundle.h"
 #include "sim/rollout/rollout.h"
 
@@ -44,10 +44,6 @@ struct RolloutFlags {
   bool json = false;
   bool server = false;
 };
-
-double ReadSeconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 std::vector<double> ChooseVariation(const RolloutFlags& flags, const LoadedScenario& scenario) {
   const Scene& scene = scenario.parsed.scene;
@@ -120,7 +116,7 @@ int RunRollout(const RolloutFlags& flags) {
   const ParameterSpec parameters =
       HasParameters(scene) ? MakeProblem(scene, scenario.files).parameters : ParameterSpec();
   RolloutModel model(scenario.files);
-  model.clock = ReadSeconds;
+  model.clock = ReadSteadySeconds;
   if (flags.server) {
     ServeRollouts(scenario, parameters, source.NameDesigns(parameters.names.size()), &model);
     return kExitDone;

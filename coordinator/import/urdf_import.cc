@@ -58,7 +58,7 @@ std::string MakeName(const std::string& text) {
     const bool keeps = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
     name += keeps ? c : '_';
   }
-  if (name.empty() || (name.front() >= '0' && name.front() <= '9')) name.insert(0, "_");
+  if (name.empty() || (name.front() >= '0' && name.front() <= '9')) name.insert(name.begin(), '_');
   return name;
 }
 

@@ -11,8 +11,6 @@
 namespace knap {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 BatchStop MakeBatchStop(MinimizerStop stop) {
   switch (stop) {
     case MinimizerStop::kConverged:
@@ -133,7 +131,7 @@ class Schedule {
     BatchObjective objective(SampleVariations(start.variations, stream),
                              SampleVariations(start.distillation, RandomStream::kTrainingVariations), start.theta,
                              range_, options_.alpha, service_);
-    BatchEnd end{.batch = start.batch, .theta = start.theta, .best_loss = kInfinity};
+    BatchEnd end{.batch = start.batch, .theta = start.theta, .best_loss = std::numeric_limits<double>::infinity()};
     const BatchEvaluation first = objective.EvaluateStart();
     Record(first, end);
     end.start_loss = first.loss;

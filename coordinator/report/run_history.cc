@@ -102,8 +102,9 @@ void RunHistory::ReadRollouts() {
       ++gradients_;
       flagged_ += table.Get(i, "gradient_reliable") == "0" ? 1 : 0;
     }
-    untrusted_ += table.Get(i, "distrust").empty() ? 0 : 1;
-    not_converged_ += table.Get(i, "converged") == "0" ? 1 : 0;
+    const bool gave_up = table.Get(i, "converged") == "0";
+    not_converged_ += gave_up ? 1 : 0;
+    untrusted_ += gave_up || table.Get(i, "distrust").empty() ? 0 : 1;
     if (const double x = table.GetNumber(i, "penetration"); x > deepest_) deepest_ = x;
     if (const double x = table.GetNumber(i, "largest_force"); x > largest_force_) largest_force_ = x;
   }

@@ -16,4 +16,8 @@ std::int64_t SteadyClock::now_us() const { return CountMicroseconds(std::chrono:
 
 std::int64_t SteadyClock::wall_us() const { return CountMicroseconds(std::chrono::system_clock::now()); }
 
+double ReadSteadySeconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
 }  // namespace knap

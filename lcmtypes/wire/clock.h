@@ -23,4 +23,7 @@ class SteadyClock : public Clock {
   std::int64_t wall_us() const override;
 };
 
+// Of the same, for what reports how long it took [s].
+double ReadSteadySeconds();
+
 }  // namespace knap

@@ -107,6 +107,10 @@ bool Simulator::ChooseStep(double end, const SimulationOptions& options, Traject
   saved_predictor_ = predictor_;
   bool rejected = false;
   while (true) {
+    if (trajectory->certificate.newton_iterations > CalcMostIterations(options.steps)) {
+      trajectory->certificate.out_of_effort = true;
+      return false;
+    }
     const double to = h == left ? end : now + h;
     double factor = 0.25;
     if (TakeTrBdf2(to, options, trajectory)) {

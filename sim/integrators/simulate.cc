@@ -177,6 +177,9 @@ void Simulator::Accept(Trajectory* trajectory) {
 
 void Simulator::NoteContacts(double time, Trajectory* trajectory) {
   SimulationCertificate& certificate = trajectory->certificate;
+  certificate.end_time = time;
+  certificate.hardest_contact = -1;
+  double hardest = 0.0;
   for (std::size_t i = 0; i < was_active_.size(); ++i) {
     const ContactReport& report = contacts_->reports()[i];
     const bool active = report.active;
@@ -184,7 +187,12 @@ void Simulator::NoteContacts(double time, Trajectory* trajectory) {
       certificate.penetration = report.depth_share;
       certificate.deepest_contact = static_cast<int>(i);
     }
-    certificate.largest_force = std::max(certificate.largest_force, report.f_W.norm());
+    const double force = report.f_W.norm();
+    certificate.largest_force = std::max(certificate.largest_force, force);
+    if (force > hardest) {
+      hardest = force;
+      certificate.hardest_contact = static_cast<int>(i);
+    }
     if (active) trajectory->last_touched_[i] = time;
     if (active && !was_active_[i]) ++certificate.contact_onsets;
     was_active_[i] = active;

@@ -13,9 +13,9 @@
 // again with added inertia (solve_step.cc). A root that turns a joint by kLongestTurn or more is none: where everything
 // has been thrown away, forces are small beside the inertial terms, which are quadratic in the rates and judge the
 // residual. A fixed step that does not converge even so is cut in two, by BDF1, up to kMaxSubdivisions times; one of
-// chosen length is begun again with a quarter of it, down to kLeastShare of a whole step. What still fails ends the
-// trajectory with converged = false. A step that leads through a body (ContactModel::FindPassage) is cut likewise; what
-// passes even in the least step is named by the certificate.
+// chosen length is begun again with a quarter of it, down to kLeastShare of a whole step. What still fails, and more
+// than CalcMostIterations, ends the trajectory with converged = false. A step that leads through a body
+// (ContactModel::FindPassage) is cut likewise; what passes even in the least step is named by the certificate.
 #pragma once
 
 #include <Eigen/Dense>
@@ -40,11 +40,9 @@ inline constexpr int kMaxSubdivisions = 8;
 // Shares of a whole step: of the step that finds the acceleration anew, and of the least one that is tried.
 inline constexpr double kRestartShare = 0x1p-8;
 inline constexpr double kLeastShare = 0x1p-20;
-// Half a turn: a step that spans more cannot tell which way a joint went [rad].
-inline constexpr double kLongestTurn = std::numbers::pi;
-// A scaled residual that no step along Newton's direction lowers any more is accepted below this: what is left is
-// rounding, which grows with the stiffness of the contact. The certificate reports it as it is.
-inline constexpr double kRoundingFloor = 1e-11;
+// Where a mechanism jams, steps become ever shorter without failing. Newton's iterations that a trajectory of chosen
+// steps may take: some fifty times what rollouts need at the default tolerance (seven a whole step).
+constexpr long CalcMostIterations(int whole_steps) { return 32768L + 256L * whole_steps; }
 
 struct SimulationOptions {
   double step = 1e-3;  // a whole step [s]

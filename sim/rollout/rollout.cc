@@ -56,6 +56,13 @@ Eigen::MatrixXd StackCommands(const Eigen::MatrixXd& open_loop, const ClosedLoop
   return commands;
 }
 
+// "pea and table": those of a pair of the contact model.
+std::string NamePair(const Scene& scene, const SceneModel& model, int pair) {
+  const auto contact = static_cast<std::size_t>(model.contact_of_pair[static_cast<std::size_t>(pair)]);
+  const auto& bodies = scene.contacts[contact].bodies;
+  return fmt::format("{} and {}", bodies[0], bodies[1]);
+}
+
 }  // namespace
 
 RolloutSimulation::RolloutSimulation(const std::map<std::string, std::string>& files) : source_(files) {
@@ -156,20 +163,26 @@ void RolloutSimulation::CheckInput(const RolloutInput& input) const {
   }
 }
 
+std::string RolloutSimulation::DescribeStop(const Simulated& s) const {
+  const SimulationCertificate& certificate = s.trajectory->certificate;
+  std::string text =
+      fmt::format("it was given up at {:.4g} s, {}", certificate.end_time,
+                  certificate.out_of_effort ? "where ever shorter steps led nowhere" : "where no step converged");
+  if (certificate.hardest_contact < 0) return text;
+  return text + fmt::format("; what presses most there is between {}",
+                            NamePair(s.scene, s.model, certificate.hardest_contact));
+}
+
 std::vector<std::string> RolloutSimulation::FindDistrust(const Simulated& s) const {
   const SimulationCertificate& certificate = s.trajectory->certificate;
-  const auto name = [&](int pair, int k) {
-    return s.scene.contacts[static_cast<std::size_t>(s.model.contact_of_pair[static_cast<std::size_t>(pair)])]
-        .bodies[k];
-  };
   std::vector<std::string> out;
   if (certificate.penetration > s.scene.trust.penetration) {
     const int pair = certificate.deepest_contact;
-    out.push_back(fmt::format("{} and {} press into one another, {:.0f}% of what the thinner one has", name(pair, 0),
-                              name(pair, 1), 100.0 * certificate.penetration));
+    out.push_back(fmt::format("{} press into one another, {:.0f}% of what the thinner one has",
+                              NamePair(s.scene, s.model, pair), 100.0 * certificate.penetration));
   }
   if (const int pair = certificate.passed_contact; pair >= 0) {
-    out.push_back(fmt::format("{} and {} pass through one another", name(pair, 0), name(pair, 1)));
+    out.push_back(fmt::format("{} pass through one another", NamePair(s.scene, s.model, pair)));
   }
   return out;
 }
@@ -195,6 +208,8 @@ void RolloutSimulation::Judge(const Simulated& s, const Reference* reference, Si
   if (!out->certificate.converged) {
     out->certificate.finite = false;
     out->loss = kUnknown;
+    out->distrust = {s.trajectory->certificate.converged ? "the reference that it was to be distilled from was given up"
+                                                         : DescribeStop(s)};
     return;
   }
   out->loss = Evaluate(s, reference, bar);

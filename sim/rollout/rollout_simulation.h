@@ -73,6 +73,8 @@ class RolloutSimulation {
                      const std::vector<double>& variation, const Manner& manner);
   // Certificate and, where the trajectory has converged, loss, success and trust.
   void Judge(const Simulated& s, const Reference* reference, SignalCotangents* bar, RolloutOutput* out) const;
+  // Of a trajectory that did not converge.
+  std::string DescribeStop(const Simulated& s) const;
   std::vector<std::string> FindDistrust(const Simulated& s) const;
   // The loss of the input's kind and what it puts on *bar.
   double Evaluate(const Simulated& s, const Reference* reference, SignalCotangents* bar) const;

@@ -11,6 +11,7 @@
 #include "sim/scenarios/numeric_keys.h"
 #include "sim/scenarios/scenario_paths.h"
 #include "sim/scenarios/scene_fields.h"
+#include "sim/scenarios/section_keys.h"
 
 namespace knap {
 namespace {
@@ -164,7 +165,8 @@ class SceneReader final : public FieldVisitor {
       return;
     }
     if (node->kind != ConfigNode::Kind::kMap) {
-      Fail("expected a section of keys");
+      if (section.optional) section.make();
+      Fail("expected a section " + DescribeKeys(section));
       Taint();
       return;
     }

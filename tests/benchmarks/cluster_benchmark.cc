@@ -32,6 +32,7 @@
 #include "coordinator/local_workers.h"
 #include "coordinator/run/answer_journal.h"
 #include "coordinator/run_directory/temporary_folder.h"
+#include "lcmtypes/wire/clock.h"
 #include "lcmtypes/wire/lcm_transport.h"
 #include "lcmtypes/wire/multicast.h"
 #include "sim/scenarios/scenario_files.h"
@@ -42,10 +43,6 @@
 
 namespace knap {
 namespace {
-
-double ReadClock() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 // Of all threads of this process [s].
 double ReadProcessorTime() {
@@ -119,9 +116,9 @@ void MeasureRequests() {
     std::vector<double> rates, costs;
     for (int batch = 0; batch < kBatches; ++batch) {
       const std::vector<RolloutQuery> queries = MakeTrivialQueries(kBatch, batch * kBatch);
-      const double start = ReadClock(), processor = ReadProcessorTime();
+      const double start = ReadSteadySeconds(), processor = ReadProcessorTime();
       cluster.service().Evaluate(queries);
-      rates.push_back(kBatch / (ReadClock() - start));
+      rates.push_back(kBatch / (ReadSteadySeconds() - start));
       costs.push_back((ReadProcessorTime() - processor) / kBatch);
     }
     const DispatchCounters& counters = cluster.dispatcher().counters();
@@ -145,11 +142,11 @@ double RunInProcess(const std::vector<RolloutQuery>& queries,
       if (!answer.error.empty()) throw std::runtime_error(answer.error);
     }
   };
-  const double start = ReadClock();
+  const double start = ReadSteadySeconds();
   std::vector<std::future<void>> threads;
   for (const auto& engine : engines) threads.push_back(std::async(std::launch::async, work, engine.get()));
   for (std::future<void>& thread : threads) thread.get();
-  return ReadClock() - start;
+  return ReadSteadySeconds() - start;
 }
 
 void MeasureEfficiency() {
@@ -171,9 +168,9 @@ void MeasureEfficiency() {
       queries[static_cast<std::size_t>(i)] = {theta, {}, {0.04 * std::sin(turn), 0.1 + 0.02 * std::cos(turn)}, true};
     }
     const double alone_s = RunInProcess(queries, one);
-    const double start = ReadClock();
+    const double start = ReadSteadySeconds();
     cluster.service().Evaluate(queries);
-    const double cluster_s = ReadClock() - start;
+    const double cluster_s = ReadSteadySeconds() - start;
     const double threads_s = RunInProcess(queries, many);
     if (round < 0) continue;
     efficiencies.push_back(alone_s / (cores * cluster_s));
@@ -199,15 +196,15 @@ void MeasureReissue() {
                              {{"scenario.txt", "dimension 7\nsteps 100\nstep_us 15000\n"}}, reports_deaths);
     std::vector<double> times;
     for (int trial = 0; trial < kTrials; ++trial) {
-      const double start = ReadClock();
+      const double start = ReadSteadySeconds();
       const std::int64_t reissued = cluster.dispatcher().counters().reissued;
       double killed = 0.0, found = 0.0;
       cluster.on_pump = [&] {
-        if (killed == 0.0 && ReadClock() - start > 0.3 + 0.05 * trial) {
+        if (killed == 0.0 && ReadSteadySeconds() - start > 0.3 + 0.05 * trial) {
           kill(cluster.workers().ListProcesses().front(), SIGKILL);
-          killed = ReadClock();
+          killed = ReadSteadySeconds();
         }
-        if (found == 0.0 && cluster.dispatcher().counters().reissued > reissued) found = ReadClock();
+        if (found == 0.0 && cluster.dispatcher().counters().reissued > reissued) found = ReadSteadySeconds();
       };
       cluster.service().Evaluate(MakeTrivialQueries(4, 10.0 * trial));
       cluster.on_pump = {};
@@ -227,7 +224,7 @@ void MeasureFirstAnswer() {
   for (int trial = 0; trial < kTrials; ++trial) {
     const std::string out = fmt::format("run-{}", trial);
     const std::filesystem::path answers = folder / (out + "/rollouts.csv");
-    const double start = ReadClock();
+    const double start = ReadSteadySeconds();
     ChildProcess learn(FindWorkerProgram("knap"),
                        {"learn", KNAP_SOURCE_DIR "/configs/pushing.yaml", "--out", out, "--quiet"}, folder / "", "log");
     const auto has_answer = [&] {
@@ -238,7 +235,7 @@ void MeasureFirstAnswer() {
       if (learn.HasEnded()) throw std::runtime_error("knap learn ended: " + learn.ReadErr());
       usleep(2000);
     }
-    times.push_back(ReadClock() - start);
+    times.push_back(ReadSteadySeconds() - start);
     learn.Signal(SIGINT);
     learn.Wait();
   }

@@ -237,7 +237,9 @@ TEST(ProgressTest, BarFitsEveryWidthAndSaysWhatGoesOn) {
       const std::string bar = FormatProgressBar(state, width, false);
       ASSERT_LE(CountCharacters(bar), width) << bar;
       const std::size_t percent = bar.find('%');
-      if (width >= 4) ASSERT_NE(percent, std::string::npos);
+      if (width >= 4) {
+        ASSERT_NE(percent, std::string::npos);
+      }
       if (width < 19) continue;
       ASSERT_THAT(bar, HasSubstr("["));
       ASSERT_TRUE(percent + 2 < bar.size() && std::islower(bar[percent + 2])) << bar;

@@ -116,7 +116,9 @@ TEST(PosedShapes, TouchAsBodiesThatArePosed) {
       const Flight held = Throw(a, b, X_BG, X_FS, false);
       EXPECT_GT(posed.depth, 1e-3);
       // How thin a mesh without a field is, is read off its box along the axes of its body.
-      if (a != 5 && b != 5) EXPECT_NEAR(posed.depth, held.depth, 1e-7 * held.depth);
+      if (a != 5 && b != 5) {
+        EXPECT_NEAR(posed.depth, held.depth, 1e-7 * held.depth);
+      }
       // Newton's tolerance over 40 steps of bodies that turn by some 0.1 rad.
       EXPECT_LE((posed.q - held.q).cwiseAbs().maxCoeff(), 1e-8);
     }

@@ -75,5 +75,18 @@ TEST(TrustTest, WhatPassesEvenInTheLeastStepIsNamed) {
   EXPECT_FALSE(out.success);
 }
 
+// No step is short enough for such a tolerance once forces change: without an end, hundreds of millions would be taken.
+TEST(TrustTest, StepsThatLeadNowhereAreGivenUpAndTheirPlaceNamed) {
+  const RolloutOutput out = ThrowAtPlate(0.2, "1e9 N/m^3", "horizon: 400 ms, tolerance: 1e-20");
+  EXPECT_FALSE(out.certificate.converged);
+  EXPECT_FALSE(out.success);
+  // The ball's surface reaches the plate's after (30 − 5 − 1) mm at 0.2 m/s.
+  EXPECT_NEAR(out.certificate.end_time, 0.12, 1e-3);
+  ASSERT_EQ(out.distrust.size(), 1u);
+  EXPECT_EQ(out.distrust[0],
+            "it was given up at 0.12 s, where ever shorter steps led nowhere; what presses most there is between ball "
+            "and plate");
+}
+
 }  // namespace
 }  // namespace knap

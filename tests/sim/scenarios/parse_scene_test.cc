@@ -135,7 +135,11 @@ const SceneErrorCase kFieldErrors[] = {
     {"EmptyList", "optimize: [design, control]", "optimize: @[]",
      "learning.optimize: has 0 elements, expected at least 1 element"},
     {"ScalarForASection", "evaluation: {variations: 20, seed: 12}", "evaluation: @20",
-     "evaluation: value '20': expected a section of keys"},
+     "evaluation: value '20': expected a section with the keys [variations] and [seed]"},
+    {"ScalarForASectionOfAKind",
+     "{type: zigzag, amplitude: 6 cm, period: 3 s, sharpness: 0.9, forward_speed: 60 mm/s, stop_at: 37 cm}", "@0.1 m/s",
+     "bodies.tool.joint.motion: value '0.1 m/s': expected a section with the key type (zigzag, constant_velocity, "
+     "segments, path, joint_path)"},
     {"UnknownType", "{type: free}\n    shapes: [{type: sphere", "{type: @fre}\n    shapes: [{type: sphere",
      "bodies.pea.joint.type: value 'fre': expected one of: fixed, prescribed, revolute, prismatic, ball, planar, free; "
      "did you mean 'free'?"},
