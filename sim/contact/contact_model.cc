@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "sim/contact/contact_work.h"
+
 namespace knap {
 
 using Eigen::Vector3d;
@@ -15,57 +17,64 @@ constexpr double kLightDepth = 1e-9;
 }  // namespace
 
 ContactModel::ContactModel(std::vector<ContactPair> contacts, std::vector<GripSpring> grips)
-    : contacts_(std::move(contacts)), grips_(std::move(grips)), reports_(contacts_.size()) {
-  sides_ = MakeSides(contacts_);
-  states_.resize(sides_.size());
-  near_.reserve(sides_.size());
-  for (std::size_t s = 0; s < sides_.size(); ++s) {
-    near_.emplace_back(sides_[s]);
-    const auto cells = static_cast<std::size_t>(sides_[s].num_cells());
-    states_[s].at.patches.resize(cells);
-    states_[s].at.jacobians.resize(cells);
-    states_[s].touches.resize(cells);
+    : contacts_(std::move(contacts)),
+      grips_(std::move(grips)),
+      reports_(contacts_.size()),
+      work_(std::make_unique<Work>()) {
+  work_->sides = MakeSides(contacts_);
+  work_->states.resize(work_->sides.size());
+  work_->near.reserve(work_->sides.size());
+  for (std::size_t s = 0; s < work_->sides.size(); ++s) {
+    work_->near.emplace_back(work_->sides[s]);
+    const auto cells = static_cast<std::size_t>(work_->sides[s].num_cells());
+    work_->states[s].at.patches.resize(cells);
+    work_->states[s].at.jacobians.resize(cells);
+    work_->states[s].touches.resize(cells);
   }
   for (const ContactPair& contact : contacts_) {
     has_bristles_ = has_bristles_ || contact.material.stick_distance > 0.0;
   }
 }
 
+ContactModel::ContactModel(ContactModel&& other) noexcept = default;
+ContactModel& ContactModel::operator=(ContactModel&& other) noexcept = default;
+ContactModel::~ContactModel() = default;
+
 void ContactModel::BeginStep(double h, const Bristles& previous) {
-  h_ = h;
-  previous_.id.assign(previous.id.begin(), previous.id.end());
-  previous_.z.assign(previous.z.begin(), previous.z.end());
+  work_->h = h;
+  work_->previous.id.assign(previous.id.begin(), previous.id.end());
+  work_->previous.z.assign(previous.z.begin(), previous.z.end());
 }
 
 void ContactModel::AddWrenches(Dynamics* dynamics) {
   for (ContactReport& report : reports_) report = ContactReport{};
   bristles_.Clear();
-  bearing_.assign(reports_.size(), 0.0);
-  for (std::size_t s = 0; s < sides_.size(); ++s) AddSide(s, dynamics);
+  work_->bearing.assign(reports_.size(), 0.0);
+  for (std::size_t s = 0; s < work_->sides.size(); ++s) AddSide(s, dynamics);
   for (std::size_t i = 0; i < reports_.size(); ++i) {
-    if (bearing_[i] > 0.0) reports_[i].p_W /= bearing_[i];
+    if (work_->bearing[i] > 0.0) reports_[i].p_W /= work_->bearing[i];
   }
   AddGripWrenches(grips_, dynamics);
 }
 
 void ContactModel::AddSide(std::size_t s, Dynamics* dynamics) {
-  const ContactSide& side = sides_[s];
+  const ContactSide& side = work_->sides[s];
   const ContactMaterial& material = contacts_[side.pair].material;
   const BodyKinematics& B = dynamics->kinematics()[side.body];
   const BodyKinematics& S = dynamics->kinematics()[side.field_body];
-  SideState& state = states_[s];
+  SideState& state = work_->states[s];
   state.num_touches = 0;
   state.depth_share = 0.0;
   const RelativeMotion motion = RelativeMotion::Make(B.X_WB, B.V, S.X_WB, S.V);
   state.X_SB = motion.X_SB;
-  if (!near_[s].MayTouch(B.X_WB, S.X_WB)) return;
-  CalcPatches(side, &near_[s], motion.X_SB, &state.at);
+  if (!work_->near[s].MayTouch(B.X_WB, S.X_WB)) return;
+  CalcPatches(side, &work_->near[s], motion.X_SB, &state.at);
   state.wrench = PairWrench(motion);
   PatchLawInput input;
   input.material = &material;
   input.rolling_radius = side.rolling_radius;
   input.N_light = side.modulus * side.size * side.size * kLightDepth;
-  input.h = h_;
+  input.h = work_->h;
   input.nu = motion.nu;
   ContactReport& report = reports_[side.pair];
   for (int cell = 0; cell < side.num_cells(); ++cell) {
@@ -76,10 +85,10 @@ void ContactModel::AddSide(std::size_t s, Dynamics* dynamics) {
     touch.previous = -1;
     input.bristle.setZero();
     const int id = side.first_id + cell;
-    const auto bristle = std::lower_bound(previous_.id.begin(), previous_.id.end(), id);
-    if (bristle != previous_.id.end() && *bristle == id) {
-      touch.previous = static_cast<int>(bristle - previous_.id.begin());
-      input.bristle = previous_.z[touch.previous];
+    const auto bristle = std::lower_bound(work_->previous.id.begin(), work_->previous.id.end(), id);
+    if (bristle != work_->previous.id.end() && *bristle == id) {
+      touch.previous = static_cast<int>(bristle - work_->previous.id.begin());
+      input.bristle = work_->previous.z[touch.previous];
     }
     if (!touch.law.Evaluate(patch, input)) continue;
     ++state.num_touches;
@@ -90,7 +99,7 @@ void ContactModel::AddSide(std::size_t s, Dynamics* dynamics) {
     }
     const double force = touch.law.wrench().tail<3>().norm();
     report.p_W += force * (S.X_WB * touch.law.center());
-    bearing_[static_cast<std::size_t>(side.pair)] += force;
+    work_->bearing[static_cast<std::size_t>(side.pair)] += force;
     report.depth = std::max(report.depth, patch.depth);
     state.depth_share = std::max(state.depth_share, patch.depth / side.deepest);
   }
@@ -108,9 +117,9 @@ void ContactModel::AddSide(std::size_t s, Dynamics* dynamics) {
 
 void ContactModel::AddDerivatives(ContactDerivatives derivatives, Dynamics* dynamics) {
   AddGripDerivatives(grips_, derivatives, dynamics);
-  for (std::size_t s = 0; s < sides_.size(); ++s) {
-    const ContactSide& side = sides_[s];
-    SideState& state = states_[s];
+  for (std::size_t s = 0; s < work_->sides.size(); ++s) {
+    const ContactSide& side = work_->sides[s];
+    SideState& state = work_->states[s];
     if (state.num_touches == 0) continue;
     CalcPatchJacobians(side, &state.at);
     Matrix6d De = Matrix6d::Zero();

@@ -9,12 +9,12 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <memory>
 #include <vector>
 
 #include "sim/contact/contact_side.h"
 #include "sim/contact/grip.h"
 #include "sim/contact/pair_wrench.h"
-#include "sim/contact/patch_law.h"
 #include "sim/multibody/dynamics.h"
 
 namespace knap {
@@ -48,6 +48,9 @@ class ContactModel {
  public:
   // Throws as MakeSides does.
   explicit ContactModel(std::vector<ContactPair> contacts, std::vector<GripSpring> grips = {});
+  ContactModel(ContactModel&& other) noexcept;
+  ContactModel& operator=(ContactModel&& other) noexcept;
+  ~ContactModel();
 
   const std::vector<ContactPair>& contacts() const { return contacts_; }
   const std::vector<GripSpring>& grips() const { return grips_; }
@@ -90,44 +93,17 @@ class ContactModel {
   void PullBackWrenches(const std::vector<Vector6d>& bar_wrench, const Dynamics& dynamics, Cotangents* out);
 
  private:
-  // One patch in contact.
-  struct Touch {
-    int cell = 0;
-    int previous = -1;  // its bristle among those at the step's start
-    PatchLaw law;
-    PatchCotangent bar;
-  };
-  // One side at the last evaluation.
-  struct SideState {
-    Pose X_SB;
-    double depth_share = 0.0;
-    SidePatches at;
-    std::vector<Touch> touches;  // the first num_touches of them, in the order of their cells
-    int num_touches = 0;
-    PairWrench wrench;
-  };
+  struct Work;  // contact_work.h
   void AddSide(std::size_t s, Dynamics* dynamics);
   bool LeadsThrough(std::size_t s);
-  // Cotangents of one touch under bar_F · (wrench on B about So) + bar_bristle · bristle; nu's are returned.
-  Vector6d PullBackTouch(const Vector6d& bar_F, const Bristle& bar_bristle, Touch* touch, Cotangents* out);
 
   std::vector<ContactPair> contacts_;
   std::vector<GripSpring> grips_;
-  std::vector<ContactSide> sides_;
-  std::vector<NearFacets> near_;
-  std::vector<SideState> states_;
   std::vector<ContactReport> reports_;
-  std::vector<double> bearing_;  // scratch of AddWrenches: the weights of the reports' p_W [N]
-  struct Noted {
-    Pose X_SB;
-    double depth_share = 0.0;
-  };
-  std::vector<Noted> noted_;  // one a side; none before NotePoses
-  SidePatches on_the_way_;    // scratch
   bool has_bristles_ = false;
-  double h_ = 0.0;
-  Bristles previous_;
   Bristles bristles_;
+  // Apart, since most of what a source pays for this header would be for what it cannot see.
+  std::unique_ptr<Work> work_;
 };
 
 }  // namespace knap

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/contact/contact_model.h"
+#include "sim/contact/contact_work.h"
 
 namespace knap {
 
@@ -35,32 +35,33 @@ Part FindWithin(const Vector3d& x, const Vector3d& d, double r) {
 }  // namespace
 
 void ContactModel::NotePoses() {
-  noted_.resize(sides_.size());
-  for (std::size_t s = 0; s < sides_.size(); ++s) noted_[s] = {states_[s].X_SB, states_[s].depth_share};
+  work_->noted.resize(work_->sides.size());
+  for (std::size_t s = 0; s < work_->sides.size(); ++s)
+    work_->noted[s] = {work_->states[s].X_SB, work_->states[s].depth_share};
 }
 
 int ContactModel::FindPassage() {
-  if (noted_.empty()) return -1;
-  for (std::size_t s = 0; s < sides_.size(); ++s) {
-    if (LeadsThrough(s)) return sides_[s].pair;
+  if (work_->noted.empty()) return -1;
+  for (std::size_t s = 0; s < work_->sides.size(); ++s) {
+    if (LeadsThrough(s)) return work_->sides[s].pair;
   }
   return -1;
 }
 
 bool ContactModel::LeadsThrough(std::size_t s) {
-  const Noted& from = noted_[s];
-  const Pose& to = states_[s].X_SB;
-  if (from.depth_share > kPassage || states_[s].depth_share > kPassage) return false;
-  const NearFacets& near = near_[s];
+  const NotedSide& from = work_->noted[s];
+  const Pose& to = work_->states[s].X_SB;
+  if (from.depth_share > kPassage || work_->states[s].depth_share > kPassage) return false;
+  const NearFacets& near = work_->near[s];
   if (std::isinf(near.radius_S())) return false;  // there is no other side to come out at
   const Vector3d center = near.center_B();
   const Vector3d begin = from.X_SB * center;
   const Vector3d shift = to * center - begin;
   const Eigen::AngleAxisd turn(Eigen::Matrix3d(to.R * from.X_SB.R.transpose()));
-  if (shift.norm() + turn.angle() * near.radius_B() <= kApart * sides_[s].size) return false;
+  if (shift.norm() + turn.angle() * near.radius_B() <= kApart * work_->sides[s].size) return false;
   const Part part = FindWithin(begin - near.center_S(), shift, near.radius_B() + near.radius_S());
   const double way = (part.end - part.begin) * (shift.norm() + turn.angle() * near.radius_B());
-  const double places = std::ceil(way / (kApart * sides_[s].size));
+  const double places = std::ceil(way / (kApart * work_->sides[s].size));
   if (!(places <= kMostPlaces)) return true;
   const int count = static_cast<int>(places);
   for (int i = 0; i <= count && part.end > part.begin; ++i) {
@@ -68,9 +69,9 @@ bool ContactModel::LeadsThrough(std::size_t s) {
     Pose X_SB;
     X_SB.R = Eigen::AngleAxisd(share * turn.angle(), turn.axis()).toRotationMatrix() * from.X_SB.R;
     X_SB.p = begin + share * shift - X_SB.R * center;
-    CalcPatches(sides_[s], &near_[s], X_SB, &on_the_way_);
-    for (const PatchIntegrals& patch : on_the_way_.patches) {
-      if (patch.active() && patch.depth > kPassage * sides_[s].deepest) return true;
+    CalcPatches(work_->sides[s], &work_->near[s], X_SB, &work_->on_the_way);
+    for (const PatchIntegrals& patch : work_->on_the_way.patches) {
+      if (patch.active() && patch.depth > kPassage * work_->sides[s].deepest) return true;
     }
   }
   return false;

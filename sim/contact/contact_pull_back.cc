@@ -1,12 +1,27 @@
 #include <Eigen/Geometry>
 
-#include "sim/contact/contact_model.h"
+#include "sim/contact/contact_work.h"
 #include "sim/math/check.h"
 #include "sim/math/spatial.h"
 
 namespace knap {
 
 using Eigen::Vector3d;
+
+namespace {
+
+// Cotangents of one touch under bar_F · (wrench on B about So) + bar_bristle · bristle; nu's are returned, those of the
+// bristles at the step's start added.
+Vector6d PullBackTouch(const Vector6d& bar_F, const Bristle& bar_bristle, Touch* touch,
+                       std::vector<Bristle>* bar_previous) {
+  Vector6d bar_nu = Vector6d::Zero();
+  Bristle bar = Bristle::Zero();
+  touch->law.PullBack(bar_F, bar_bristle, &touch->bar, &bar_nu, &bar);
+  if (touch->previous >= 0) (*bar_previous)[touch->previous] += bar;
+  return bar_nu;
+}
+
+}  // namespace
 
 ContactModel::Cotangents ContactModel::MakeCotangents(int num_bodies) const {
   Cotangents out;
@@ -23,22 +38,14 @@ ContactModel::Cotangents ContactModel::MakeCotangents(int num_bodies) const {
   return out;
 }
 
-Vector6d ContactModel::PullBackTouch(const Vector6d& bar_F, const Bristle& bar_bristle, Touch* touch, Cotangents* out) {
-  Vector6d bar_nu = Vector6d::Zero();
-  Bristle bar_previous = Bristle::Zero();
-  touch->law.PullBack(bar_F, bar_bristle, &touch->bar, &bar_nu, &bar_previous);
-  if (touch->previous >= 0) out->previous[touch->previous] += bar_previous;
-  return bar_nu;
-}
-
 void ContactModel::PullBackOutcome(const std::vector<Bristle>& bar_bristles, const std::vector<Vector3d>& bar_forces,
                                    const Dynamics& dynamics, Cotangents* out) {
   KNAP_CHECK(bar_bristles.size() == bristles_.z.size(), "{} cotangents of {} bristles", bar_bristles.size(),
              bristles_.z.size());
   std::size_t next = 0;
-  for (std::size_t s = 0; s < sides_.size(); ++s) {
-    const ContactSide& side = sides_[s];
-    SideState& state = states_[s];
+  for (std::size_t s = 0; s < work_->sides.size(); ++s) {
+    const ContactSide& side = work_->sides[s];
+    SideState& state = work_->states[s];
     const bool has_bristle = contacts_[side.pair].material.stick_distance > 0.0;
     const Vector3d bar_f_W = bar_forces.empty() ? Vector3d(Vector3d::Zero()) : bar_forces[side.pair];
     if (state.num_touches == 0 || !(has_bristle || !bar_f_W.isZero(0.0))) continue;
@@ -50,7 +57,8 @@ void ContactModel::PullBackOutcome(const std::vector<Bristle>& bar_bristles, con
     Vector6d bar_nu = Vector6d::Zero();
     for (int k = 0; k < state.num_touches; ++k) {
       Touch& touch = state.touches[k];
-      bar_nu += PullBackTouch(bar_F, has_bristle ? bar_bristles[next++] : Bristle(Bristle::Zero()), &touch, out);
+      bar_nu +=
+          PullBackTouch(bar_F, has_bristle ? bar_bristles[next++] : Bristle(Bristle::Zero()), &touch, &out->previous);
       bar_e += state.at.jacobians[touch.cell].transpose() * touch.bar.Pack();
     }
     const Pose X_BS = state.wrench.motion().X_BS();
@@ -69,9 +77,9 @@ void ContactModel::PullBackWrenches(const std::vector<Vector6d>& bar_wrench, con
                                     Cotangents* out) {
   PullBackGrips(grips_, bar_wrench, dynamics, &out->grips);
   std::vector<PatchCotangent> bar;
-  for (std::size_t s = 0; s < sides_.size(); ++s) {
-    const ContactSide& side = sides_[s];
-    SideState& state = states_[s];
+  for (std::size_t s = 0; s < work_->sides.size(); ++s) {
+    const ContactSide& side = work_->sides[s];
+    SideState& state = work_->states[s];
     const bool has_bristle = contacts_[side.pair].material.stick_distance > 0.0;
     if (state.num_touches == 0 || !(has_bristle || side.is_designed)) continue;
     const RelativeMotion& motion = state.wrench.motion();
@@ -79,7 +87,7 @@ void ContactModel::PullBackWrenches(const std::vector<Vector6d>& bar_wrench, con
     bar.assign(static_cast<std::size_t>(side.num_cells()), PatchCotangent{});
     for (int k = 0; k < state.num_touches; ++k) {
       Touch& touch = state.touches[k];
-      PullBackTouch(bar_F, Bristle::Zero(), &touch, out);
+      PullBackTouch(bar_F, Bristle::Zero(), &touch, &out->previous);
       bar[touch.cell] = touch.bar;
     }
     if (side.is_designed) PullBackVertices(side, state.at, bar, &out->vertices[side.pair]);

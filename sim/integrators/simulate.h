@@ -44,6 +44,12 @@ inline constexpr double kLeastShare = 0x1p-20;
 // steps may take: some fifty times what rollouts need at the default tolerance (seven a whole step).
 constexpr long CalcMostIterations(int whole_steps) { return 32768L + 256L * whole_steps; }
 
+// Half a turn: a step that spans more cannot tell which way a joint went [rad].
+inline constexpr double kLongestTurn = std::numbers::pi;
+// A scaled residual that no step along Newton's direction lowers any more is accepted below this: what is left is
+// rounding, which grows with the stiffness of the contact. The certificate reports it as it is.
+inline constexpr double kRoundingFloor = 1e-11;
+
 struct SimulationOptions {
   double step = 1e-3;  // a whole step [s]
   int steps = 0;       // whole steps

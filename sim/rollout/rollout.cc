@@ -169,8 +169,8 @@ std::string RolloutSimulation::DescribeStop(const Simulated& s) const {
       fmt::format("it was given up at {:.4g} s, {}", certificate.end_time,
                   certificate.out_of_effort ? "where ever shorter steps led nowhere" : "where no step converged");
   if (certificate.hardest_contact < 0) return text;
-  return text + fmt::format("; what presses most there is between {}",
-                            NamePair(s.scene, s.model, certificate.hardest_contact));
+  return text +
+         fmt::format("; the largest force is that of {}", NamePair(s.scene, s.model, certificate.hardest_contact));
 }
 
 std::vector<std::string> RolloutSimulation::FindDistrust(const Simulated& s) const {

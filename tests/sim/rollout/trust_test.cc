@@ -75,17 +75,17 @@ TEST(TrustTest, WhatPassesEvenInTheLeastStepIsNamed) {
   EXPECT_FALSE(out.success);
 }
 
-// No step is short enough for such a tolerance once forces change: without an end, hundreds of millions would be taken.
+// Such a tolerance asks for thousands of times as many steps as usual once forces change.
 TEST(TrustTest, StepsThatLeadNowhereAreGivenUpAndTheirPlaceNamed) {
-  const RolloutOutput out = ThrowAtPlate(0.2, "1e9 N/m^3", "horizon: 400 ms, tolerance: 1e-20");
+  const RolloutOutput out = ThrowAtPlate(0.2, "1e9 N/m^3", "horizon: 400 ms, tolerance: 1e-14");
   EXPECT_FALSE(out.certificate.converged);
   EXPECT_FALSE(out.success);
   // The ball's surface reaches the plate's after (30 − 5 − 1) mm at 0.2 m/s.
   EXPECT_NEAR(out.certificate.end_time, 0.12, 1e-3);
   ASSERT_EQ(out.distrust.size(), 1u);
-  EXPECT_EQ(out.distrust[0],
-            "it was given up at 0.12 s, where ever shorter steps led nowhere; what presses most there is between ball "
-            "and plate");
+  EXPECT_NE(out.distrust[0].find("where ever shorter steps led nowhere; the largest force is that of ball and plate"),
+            std::string::npos)
+      << out.distrust[0];
 }
 
 }  // namespace
