@@ -93,7 +93,7 @@ std::string FormatRollout(const RolloutRecord& record) {
                  "certified  finite {}, converged {}; worst residual {:.1e}, {} steps subdivided, {} contact onsets\n",
                  yes(output.certificate.finite), yes(output.certificate.converged), output.certificate.worst_residual,
                  output.certificate.subdivided_steps, output.certificate.contact_onsets);
-  fmt::format_to(out, "           deepest contact {:.2g}% of the thinner body, largest force {:.3g} N\n",
+  fmt::format_to(out, "           deepest contact {:.3g}% of the thinner body, largest force {:.3g} N\n",
                  100.0 * output.certificate.penetration, output.certificate.largest_force);
   for (const std::string& reason : output.distrust) {
     fmt::format_to(out, "           not to be trusted, and no success: {}\n", reason);

@@ -50,8 +50,9 @@ void WarnOfFoldedCorners(const std::string& config, const Scene& scene, const Sc
                       corners.example(static_cast<Eigen::Index>(i)) * (shift ? 1000.0 : 1.0), shift ? " mm" : "");
   }
   WriteMessage(
-      fmt::format("{}: warning: {} of the {} designs tried at the ends of the bounds would be rejected; at {} {}\n",
-                  CleanText(config), corners.folded, corners.tried, at, corners.fault));
+      fmt::format("{}: warning: {} of the {} designs tried at the ends of the bounds would be rejected; at {} {}. None "
+                  "of them would be at {}% of their way from the initial design\n",
+                  CleanText(config), corners.folded, corners.tried, at, corners.fault, corners.safe_percent));
 }
 
 std::string FormatMeasures(const TriangleMesh& mesh) {
@@ -84,9 +85,16 @@ void ListMeasures(const Scene& scene, const std::map<std::string, std::string>& 
         Eigen::VectorXd theta = design.initial_theta();
         theta(k) = bound;
         const TriangleMesh mesh = cage.CalcMesh(theta);
-        WriteOutput(fmt::format("  {:<20} {:>9} {}\n", bound == parameter.lower ? parameter.name : "",
-                                fmt::format("{:.6g}{}", bound * (shift ? 1000.0 : 1.0), shift ? " mm" : ""),
-                                FindDefects(mesh).empty() ? FormatMeasures(mesh) : "folds the mesh"));
+        const auto format = [&](double x) {
+          return fmt::format("{:.6g}{}", x * (shift ? 1000.0 : 1.0), shift ? " mm" : "");
+        };
+        const double initial = design.initial_theta()(k);
+        const auto format_fold = [&] {
+          const double nearest = initial + 0.01 * FindSafePercent(design, theta) * (bound - initial);
+          return fmt::format("folds the mesh; {} does not", format(nearest));
+        };
+        WriteOutput(fmt::format("  {:<20} {:>9} {}\n", bound == parameter.lower ? parameter.name : "", format(bound),
+                                FindDefects(mesh).empty() ? FormatMeasures(mesh) : format_fold()));
       }
     }
   }

@@ -150,7 +150,7 @@ void AddAnswer(const ExplainedRun& run, const RolloutRow& answer, bool has_gradi
     text->Add("", fmt::format("time steps, Newton and rounding move the loss by about {:.1e}", answer.loss_error));
   }
   if (std::isfinite(answer.penetration)) {
-    text->Add("", fmt::format("deepest contact {:.2g}% of the thinner body, largest force {:.3g} N",
+    text->Add("", fmt::format("deepest contact {:.3g}% of the thinner body, largest force {:.3g} N",
                               100.0 * answer.penetration, answer.largest_force));
   }
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <random>
 #include <string>
+#include <vector>
 
 namespace knap {
 namespace {
@@ -16,15 +17,29 @@ constexpr std::size_t kSampledTriangles = 2'000'000;  // … as long as all thei
 
 }  // namespace
 
+int FindSafePercent(const SceneDesign& design, const Eigen::VectorXd& theta, int most) {
+  const Eigen::VectorXd way = theta - design.initial_theta();
+  const auto is_safe = [&](int percent) {
+    return design.FindFault(design.initial_theta() + percent / 100.0 * way).empty();
+  };
+  if (is_safe(most)) return most;
+  int safe = 0;
+  for (int folded = most; folded - safe > 1;) {
+    const int middle = (safe + folded) / 2;
+    (is_safe(middle) ? safe : folded) = middle;
+  }
+  return safe;
+}
+
 FoldedCorners FindFoldedCorners(const SceneDesign& design, const Design& bounds) {
   FoldedCorners found;
+  std::vector<Eigen::VectorXd> folded;
   const auto try_theta = [&](const Eigen::VectorXd& theta) {
     ++found.tried;
     std::string fault = design.FindFault(theta);
     if (fault.empty()) return;
-    if (found.folded++ > 0) return;
-    found.example = theta;
-    found.fault = std::move(fault);
+    if (folded.empty()) found.fault = std::move(fault);
+    folded.push_back(theta);
   };
   const int d = design.num_parameters();
   const auto bound = [&](int i, bool upper) {
@@ -52,6 +67,16 @@ FoldedCorners FindFoldedCorners(const SceneDesign& design, const Design& bounds)
       theta(i) = bound(i, (bits >> (i % 64) & 1) != 0);
     }
     try_theta(theta);
+  }
+  found.folded = static_cast<int>(folded.size());
+  if (folded.empty()) return found;
+  found.example = folded.front();
+  // Again for all where one lowers it: a fold may come, go and come again on the way.
+  for (int before = 101; found.safe_percent < before;) {
+    before = found.safe_percent;
+    for (const Eigen::VectorXd& theta : folded) {
+      found.safe_percent = FindSafePercent(design, theta, found.safe_percent);
+    }
   }
   return found;
 }

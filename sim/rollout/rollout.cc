@@ -37,6 +37,7 @@ constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 // Of a rollout that failed. Who asks for a gradient gets one of its size: the protocol holds every other for an error.
 void SetGradientUnknown(const RolloutInput& input, RolloutOutput* out) {
+  out->gradient_reliable = false;
   if (!input.want_gradient) return;
   out->gradient = VectorXd::Constant(input.theta.size(), kUnknown);
   out->control_gradient = VectorXd::Constant(input.controls.size(), kUnknown);
@@ -338,8 +339,7 @@ RolloutOutput RolloutSimulation::Run(const RolloutInput& input, const std::funct
   if (failure.empty() && follows) failure = source_.FindFault(input.theta_nodes);
   if (!failure.empty()) {
     RolloutOutput out;
-    out.certificate.converged = out.gradient_reliable = false;
-    out.certificate.finite = false;
+    out.certificate.converged = out.certificate.finite = false;
     out.failure = std::move(failure);
     out.loss = kUnknown;
     SetGradientUnknown(input, &out);

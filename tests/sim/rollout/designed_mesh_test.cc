@@ -130,9 +130,19 @@ TEST(DesignCorners, CountsThoseThatFoldTheMesh) {
   EXPECT_EQ(corners.folded, 2);
   EXPECT_EQ(corners.example(0), -0.030);
   EXPECT_THAT(corners.fault, HasSubstr("inside out"));
+  // Nearer to the initial design there is none, and one percent farther there is.
+  const auto is_folded = [&](double percent) {
+    const Eigen::VectorXd initial = model.design()->initial_theta();
+    return !model.design()->FindFault(initial + percent / 100.0 * (corners.example - initial)).empty();
+  };
+  EXPECT_GT(corners.safe_percent, 0);
+  EXPECT_LT(corners.safe_percent, 100);
+  EXPECT_FALSE(is_folded(corners.safe_percent));
+  EXPECT_TRUE(is_folded(corners.safe_percent + 1));
   const LoadedScenario sound = Load("weighed.yaml");
   const RolloutModel other(sound.files);
   EXPECT_EQ(FindFoldedCorners(*other.design(), *other.scene().design).folded, 0);
+  EXPECT_EQ(FindFoldedCorners(*other.design(), *other.scene().design).safe_percent, 100);
 }
 
 }  // namespace

@@ -79,6 +79,7 @@ TEST(TrustTest, WhatPassesEvenInTheLeastStepIsNamed) {
 TEST(TrustTest, StepsThatLeadNowhereAreGivenUpAndTheirPlaceNamed) {
   const RolloutOutput out = ThrowAtPlate(0.2, "1e9 N/m^3", "horizon: 400 ms, tolerance: 1e-14");
   EXPECT_FALSE(out.certificate.converged);
+  EXPECT_FALSE(out.gradient_reliable);
   EXPECT_FALSE(out.success);
   // The ball's surface reaches the plate's after (30 − 5 − 1) mm at 0.2 m/s.
   EXPECT_NEAR(out.certificate.end_time, 0.12, 1e-3);
