@@ -36,8 +36,9 @@ Part FindWithin(const Vector3d& x, const Vector3d& d, double r) {
 
 void ContactModel::NotePoses() {
   work_->noted.resize(work_->sides.size());
-  for (std::size_t s = 0; s < work_->sides.size(); ++s)
+  for (std::size_t s = 0; s < work_->sides.size(); ++s) {
     work_->noted[s] = {work_->states[s].X_SB, work_->states[s].depth_share};
+  }
 }
 
 int ContactModel::FindPassage() {

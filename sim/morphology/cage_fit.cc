@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kLeastOutside = 1e-9;  // of the cage's diagonal
+constexpr double kOnCage = 1e-9;  // of the cage's diagonal
 
 bool IsOnSurface(const TriangleMesh& cage, const Vector3d& p, double tolerance) {
   for (const Eigen::Vector3i& t : cage.triangles) {
@@ -40,7 +40,7 @@ std::string FormatSize(const Eigen::AlignedBox3d& box) {
 
 std::string DescribeMisfit(const TriangleMesh& mesh, const TriangleMesh& cage) {
   const Eigen::AlignedBox3d box = CalcBoundingBox(cage);
-  const double tolerance = kLeastOutside * box.diagonal().norm();
+  const double tolerance = kOnCage * box.diagonal().norm();
   std::vector<int> all(cage.triangles.size());
   std::iota(all.begin(), all.end(), 0);
   int outside = 0;
