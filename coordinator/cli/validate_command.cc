@@ -38,6 +38,12 @@ struct ValidateFlags {
 
 std::string Count(std::size_t n, const std::string& what) { return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s"); }
 
+// In mm where it is a length.
+std::string FormatValue(const DesignParameter& parameter, double value) {
+  const bool shift = parameter.kind == ParameterKind::kShift;
+  return fmt::format("{:.6g}{}", value * (shift ? 1000.0 : 1.0), shift ? " mm" : "");
+}
+
 // A design that the bounds allow and that folds a mesh is no error: such an evaluation is rejected.
 void WarnOfFoldedCorners(const std::string& config, const Scene& scene, const SceneDesign& design) {
   const FoldedCorners corners = FindFoldedCorners(design, *scene.design);
@@ -45,9 +51,8 @@ void WarnOfFoldedCorners(const std::string& config, const Scene& scene, const Sc
   std::string at;
   for (std::size_t i = 0; i < scene.design->parameters.size(); ++i) {
     const DesignParameter& parameter = scene.design->parameters[i];
-    const bool shift = parameter.kind == ParameterKind::kShift;
-    at += fmt::format("{}{} {:.6g}{}", i == 0 ? "" : ", ", parameter.name,
-                      corners.example(static_cast<Eigen::Index>(i)) * (shift ? 1000.0 : 1.0), shift ? " mm" : "");
+    at += fmt::format("{}{} {}", i == 0 ? "" : ", ", parameter.name,
+                      FormatValue(parameter, corners.example(static_cast<Eigen::Index>(i))));
   }
   WriteMessage(
       fmt::format("{}: warning: {} of the {} designs tried at the ends of the bounds would be rejected; at {} {}. None "
@@ -80,20 +85,17 @@ void ListMeasures(const Scene& scene, const std::map<std::string, std::string>& 
       const auto k = static_cast<Eigen::Index>(i);
       if (cage.dm_dtheta().col(k).isZero(0.0)) continue;
       const DesignParameter& parameter = scene.design->parameters[i];
-      const bool shift = parameter.kind == ParameterKind::kShift;
+      const double initial = design.initial_theta()(k);
       for (const double bound : {parameter.lower, parameter.upper}) {
         Eigen::VectorXd theta = design.initial_theta();
         theta(k) = bound;
         const TriangleMesh mesh = cage.CalcMesh(theta);
-        const auto format = [&](double x) {
-          return fmt::format("{:.6g}{}", x * (shift ? 1000.0 : 1.0), shift ? " mm" : "");
-        };
-        const double initial = design.initial_theta()(k);
         const auto format_fold = [&] {
           const double nearest = initial + 0.01 * FindSafePercent(design, theta) * (bound - initial);
-          return fmt::format("folds the mesh; {} does not", format(nearest));
+          return fmt::format("folds the mesh; {} does not", FormatValue(parameter, nearest));
         };
-        WriteOutput(fmt::format("  {:<20} {:>9} {}\n", bound == parameter.lower ? parameter.name : "", format(bound),
+        WriteOutput(fmt::format("  {:<20} {:>9} {}\n", bound == parameter.lower ? parameter.name : "",
+                                FormatValue(parameter, bound),
                                 FindDefects(mesh).empty() ? FormatMeasures(mesh) : format_fold()));
       }
     }

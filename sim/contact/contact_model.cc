@@ -36,8 +36,6 @@ ContactModel::ContactModel(std::vector<ContactPair> contacts, std::vector<GripSp
   }
 }
 
-ContactModel::ContactModel(ContactModel&& other) noexcept = default;
-ContactModel& ContactModel::operator=(ContactModel&& other) noexcept = default;
 ContactModel::~ContactModel() = default;
 
 void ContactModel::BeginStep(double h, const Bristles& previous) {

@@ -12,6 +12,7 @@
 #include <memory>
 #include <vector>
 
+#include "sim/contact/bristle.h"
 #include "sim/contact/contact_side.h"
 #include "sim/contact/grip.h"
 #include "sim/contact/pair_wrench.h"
@@ -48,8 +49,6 @@ class ContactModel {
  public:
   // Throws as MakeSides does.
   explicit ContactModel(std::vector<ContactPair> contacts, std::vector<GripSpring> grips = {});
-  ContactModel(ContactModel&& other) noexcept;
-  ContactModel& operator=(ContactModel&& other) noexcept;
   ~ContactModel();
 
   const std::vector<ContactPair>& contacts() const { return contacts_; }

@@ -177,7 +177,6 @@ void Simulator::Accept(Trajectory* trajectory) {
 
 void Simulator::NoteContacts(double time, Trajectory* trajectory) {
   SimulationCertificate& certificate = trajectory->certificate;
-  certificate.end_time = time;
   certificate.hardest_contact = -1;
   double hardest = 0.0;
   for (std::size_t i = 0; i < was_active_.size(); ++i) {

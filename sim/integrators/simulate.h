@@ -41,7 +41,7 @@ inline constexpr int kMaxSubdivisions = 8;
 inline constexpr double kRestartShare = 0x1p-8;
 inline constexpr double kLeastShare = 0x1p-20;
 // Where a mechanism jams, steps become ever shorter without failing. Newton's iterations that a trajectory of chosen
-// steps may take: some fifty times what rollouts need at the default tolerance (seven a whole step).
+// steps may take: some fifty times what the gallery's need at the default tolerance (seven a whole step).
 constexpr long CalcMostIterations(int whole_steps) { return 32768L + 256L * whole_steps; }
 
 // Half a turn: a step that spans more cannot tell which way a joint went [rad].

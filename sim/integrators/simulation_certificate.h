@@ -17,10 +17,8 @@ struct SimulationCertificate {
   double largest_force = 0.0;  // of one contact [N]
   int passed_contact = -1;     // whose bodies passed through one another within a step (contact_model.h); -1: none
   long newton_iterations = 0;
-  // Of the last accepted state, where a simulation that did not converge stopped.
-  double end_time = 0.0;       // [s]
-  int hardest_contact = -1;    // whose force is the largest there; -1: nothing touches
-  bool out_of_effort = false;  // it stopped because steps of chosen length became too many
+  int hardest_contact = -1;    // whose force is the largest at the last accepted state; -1: nothing touches there
+  bool out_of_effort = false;  // it did not converge because steps of chosen length became too many
 };
 
 }  // namespace knap

@@ -72,12 +72,13 @@ FoldedCorners FindFoldedCorners(const SceneDesign& design, const Design& bounds)
   if (folded.empty()) return found;
   found.example = folded.front();
   // Again for all where one lowers it: a fold may come, go and come again on the way.
-  for (int before = 101; found.safe_percent < before;) {
+  int before = 0;
+  do {
     before = found.safe_percent;
     for (const Eigen::VectorXd& theta : folded) {
       found.safe_percent = FindSafePercent(design, theta, found.safe_percent);
     }
-  }
+  } while (found.safe_percent < before);
   return found;
 }
 

@@ -166,12 +166,12 @@ void RolloutSimulation::CheckInput(const RolloutInput& input) const {
 
 std::string RolloutSimulation::DescribeStop(const Simulated& s) const {
   const SimulationCertificate& certificate = s.trajectory->certificate;
-  std::string text =
-      fmt::format("it was given up at {:.4g} s, {}", certificate.end_time,
-                  certificate.out_of_effort ? "where ever shorter steps led nowhere" : "where no step converged");
-  if (certificate.hardest_contact < 0) return text;
-  return text +
-         fmt::format("; the largest force is that of {}", NamePair(s.scene, s.model, certificate.hardest_contact));
+  const int pair = certificate.hardest_contact;
+  // Without figures up to the comma: reports count such reasons.
+  return fmt::format("it was given up as {}{}, at {:.4g} s",
+                     certificate.out_of_effort ? "ever shorter steps led nowhere" : "no step converged",
+                     pair < 0 ? "" : fmt::format(" while {} pressed hardest", NamePair(s.scene, s.model, pair)),
+                     s.trajectory->time(s.trajectory->size() - 1));
 }
 
 std::vector<std::string> RolloutSimulation::FindDistrust(const Simulated& s) const {

@@ -164,13 +164,12 @@ class SceneReader final : public FieldVisitor {
       if (info.required) Taint();
       return;
     }
+    if (section.optional) section.make();
     if (node->kind != ConfigNode::Kind::kMap) {
-      if (section.optional) section.make();
       Fail("expected a section " + DescribeKeys(section));
       Taint();
       return;
     }
-    if (section.optional) section.make();
     frames_.push_back({node, path_, {}, false});
     section.visit(*this);
     CheckUnknownKeys();
