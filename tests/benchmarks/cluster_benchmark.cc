@@ -21,7 +21,6 @@
 #include <future>
 #include <map>
 #include <memory>
-#include <span>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -68,7 +67,7 @@ class BenchmarkCluster {
     options.run_id = getpid();
     options.engine = engine;
     dispatcher_ = std::make_unique<Dispatcher>(options, key, scenario, &transport_, &clock_);
-    service_ = std::make_unique<JournaledService>(dispatcher_.get(), &journal_, std::span<const std::string>());
+    service_ = std::make_unique<JournaledService>(dispatcher_.get(), &journal_, std::vector<std::string>());
     workers_ = std::make_unique<LocalWorkers>(
         LocalWorkerOptions{workers, FindWorkerProgram(program), url_, folder_ / "key", folder_ / ""}, &clock_,
         [this, reports_deaths](const std::string& name, pid_t pid, DeathCause cause) {
