@@ -105,10 +105,19 @@ std::string FormatRate(const TestSummary& test) {
                      100.0 * test.success_interval.upper);
 }
 
-std::string FormatDistrust(const std::string& design, const TestSummary& test) {
-  if (test.untrusted == 0) return "";
-  return fmt::format("  distrust  {}: {} of {} test rollouts are not to be trusted: {}\n", design, test.untrusted,
-                     test.variations, test.distrust);
+std::string FormatFaults(const std::string& design, const TestSummary& test) {
+  std::string text;
+  if (const std::int64_t lost = test.not_converged + test.not_finite; lost > 0) {
+    text += fmt::format(
+        "  failed    {}: {} of {} test rollouts did not converge or are not finite, and count as failures "
+        "with the worst loss\n",
+        design, lost, test.variations);
+  }
+  if (test.untrusted > 0) {
+    text += fmt::format("  distrust  {}: {} of {} test rollouts are not to be trusted: {}\n", design, test.untrusted,
+                        test.variations, test.distrust);
+  }
+  return text;
 }
 
 // Whether it was worth it, and which batch's design it is.
@@ -148,7 +157,7 @@ std::string FormatSummary(const Scene& scene, const ResultDocument& document, co
   text += fmt::format("  mean loss {:.4g} -> {:.4g}{}\n", document.test_initial.loss_mean,
                       document.test_learned.loss_mean, FormatLossUnit(scene));
   text += FormatVerdict(document, FormatLossUnit(scene));
-  text += FormatDistrust("initial", document.test_initial) + FormatDistrust("learned", document.test_learned);
+  text += FormatFaults("initial", document.test_initial) + FormatFaults("learned", document.test_learned);
   if (scene.design) {
     text += fmt::format(
         "  tool      {} and .3mf (millimetres)\n",

@@ -102,22 +102,33 @@ void ListMeasures(const Scene& scene, const std::map<std::string, std::string>& 
   }
 }
 
-// What meshes touch as that are neither designed nor convex.
-void ListPieces(const std::string& config, const Scene& scene, const FixedMeshes& meshes) {
-  for (const auto& [shape, mesh] : meshes) {
+void ListPieces(const std::string& config, const std::string& mesh, double volume, const std::vector<double>& pieces) {
+  // The mesh itself has its volume up to the order in which it is summed.
+  if (pieces.empty() || (pieces.size() == 1 && std::abs(pieces[0] - volume) < 1e-9 * volume)) return;
+  std::string shares;
+  double sum = 0.0;
+  for (const double piece : pieces) {
+    shares += fmt::format("{}{:.1f}%", shares.empty() ? "" : " + ", 100.0 * piece / volume);
+    sum += piece;
+  }
+  WriteOutput(fmt::format("{}: {} touches as {}, of its volume {} = {:.1f}%\n", CleanText(config), mesh,
+                          Count(pieces.size(), "convex piece"), shares, 100.0 * sum / volume));
+}
+
+// What meshes touch as that are not convex, or designed and meet others that are.
+void ListPieces(const std::string& config, const RolloutModel& model) {
+  for (const auto& [shape, mesh] : model.source().meshes()) {
     const auto& [name, index] = shape;
-    const double volume = mesh.of_unit_density.mass;
-    if (mesh.volumes == std::vector<double>{volume}) continue;
-    const Body& body = *FindBody(scene, name);
-    std::string shares;
-    double sum = 0.0;
-    for (const double piece : mesh.volumes) {
-      shares += fmt::format("{}{:.1f}%", shares.empty() ? "" : " + ", 100.0 * piece / volume);
-      sum += piece;
-    }
-    WriteOutput(fmt::format("{}: {} of {} is not convex and touches as {}, of its volume {} = {:.1f}%\n",
-                            CleanText(config), CleanText(std::get<MeshShape>(body.shapes[index].kind).file), name,
-                            Count(mesh.pieces.size(), "convex piece"), shares, 100.0 * sum / volume));
+    const Body& body = *FindBody(model.scene(), name);
+    ListPieces(
+        config,
+        fmt::format("{} of {} is not convex and", CleanText(std::get<MeshShape>(body.shapes[index].kind).file), name),
+        mesh.of_unit_density.mass, mesh.volumes);
+  }
+  if (!model.design()) return;
+  for (const std::string& name : model.design()->bodies()) {
+    ListPieces(config, fmt::format("the designed mesh of {} meets another and", name),
+               CalcSignedVolume(model.design()->Find(name)->initial_mesh()), model.design()->CalcPieceVolumes(name));
   }
 }
 
@@ -131,7 +142,7 @@ int RunValidate(const ValidateFlags& flags) {
   try {
     const RolloutModel model(scenario.files);
     if (HasParameters(scene)) MakeLearningOptions(scene);
-    ListPieces(flags.config, scene, model.source().meshes());
+    ListPieces(flags.config, model);
     if (model.design()) WarnOfFoldedCorners(flags.config, scene, *model.design());
     if (model.design()) ListMeasures(scene, scenario.files, *model.design());
   } catch (const std::system_error&) {

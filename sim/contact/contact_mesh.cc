@@ -1,7 +1,10 @@
 #include "sim/contact/contact_mesh.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <numbers>
 
 namespace knap {
 
@@ -34,6 +37,34 @@ ContactMesh ContactMesh::MakeBox(const BoxGeometry& box) {
     }
   }
   return out;
+}
+
+ContactMesh ContactMesh::MakeCylinder(const CylinderGeometry& cylinder) {
+  constexpr double kAngle = 2.0 * std::numbers::pi / kCylinderSides;
+  // The area of the polygon is n/2 ρ² sin(2π/n).
+  const double rho = cylinder.radius * std::sqrt(kAngle / std::sin(kAngle));
+  const Vector3d x = cylinder.axis.unitOrthogonal();
+  const Vector3d y = cylinder.axis.cross(x);
+  TriangleMesh prism;
+  for (const double end : {-1.0, 1.0}) {
+    const Vector3d middle = cylinder.center + end * cylinder.half_length * cylinder.axis;
+    for (int k = 0; k < kCylinderSides; ++k) {
+      prism.vertices.push_back(middle + rho * (std::cos(k * kAngle) * x + std::sin(k * kAngle) * y));
+    }
+  }
+  const int low = 2 * kCylinderSides;
+  for (const double end : {-1.0, 1.0}) {
+    prism.vertices.push_back(cylinder.center + end * cylinder.half_length * cylinder.axis);
+  }
+  for (int k = 0; k < kCylinderSides; ++k) {
+    const int next = (k + 1) % kCylinderSides;
+    const int up = kCylinderSides + k, next_up = kCylinderSides + next;
+    prism.triangles.emplace_back(low, next, k);
+    prism.triangles.emplace_back(k, next, next_up);
+    prism.triangles.emplace_back(k, next_up, up);
+    prism.triangles.emplace_back(low + 1, up, next_up);
+  }
+  return ContactMesh(prism);
 }
 
 void ContactMesh::AddFacet(std::span<const Vector3d> corners) {

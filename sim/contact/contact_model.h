@@ -9,6 +9,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -78,7 +79,8 @@ class ContactModel {
   struct Cotangents {
     std::vector<BodyCotangent> bodies;
     std::vector<Bristle> previous;
-    std::vector<Eigen::Matrix3Xd> vertices;  // for each contact: of its designed mesh's, else empty
+    std::vector<std::array<Eigen::Matrix3Xd, 2>>
+        vertices;  // for each contact's shapes: of a designed mesh's, else empty
     std::vector<GripCotangent> grips;
   };
   Cotangents MakeCotangents(int num_bodies) const;

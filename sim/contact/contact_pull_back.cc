@@ -28,12 +28,11 @@ ContactModel::Cotangents ContactModel::MakeCotangents(int num_bodies) const {
   out.bodies.resize(num_bodies);
   out.grips.resize(grips_.size());
   for (const ContactPair& contact : contacts_) {
-    Eigen::Index count = 0;
-    for (const ContactGeometry& shape : contact.shapes) {
-      const auto* mesh = std::get_if<MeshGeometry>(&shape);
-      if (mesh != nullptr && mesh->IsDesigned()) count = mesh->mesh->vertex_count();
+    std::array<Eigen::Matrix3Xd, 2>& vertices = out.vertices.emplace_back();
+    for (std::size_t i = 0; i < 2; ++i) {
+      const auto* mesh = std::get_if<MeshGeometry>(&contact.shapes[i]);
+      vertices[i].setZero(3, mesh != nullptr && mesh->IsDesigned() ? mesh->mesh->vertex_count() : 0);
     }
-    out.vertices.push_back(Eigen::Matrix3Xd::Zero(3, count));
   }
   return out;
 }
@@ -81,7 +80,7 @@ void ContactModel::PullBackWrenches(const std::vector<Vector6d>& bar_wrench, con
     const ContactSide& side = work_->sides[s];
     SideState& state = work_->states[s];
     const bool has_bristle = contacts_[side.pair].material.stick_distance > 0.0;
-    if (state.num_touches == 0 || !(has_bristle || side.is_designed)) continue;
+    if (state.num_touches == 0 || !(has_bristle || side.depends_on_design())) continue;
     const RelativeMotion& motion = state.wrench.motion();
     const Vector6d bar_F = ShiftTwist(motion.X_BS(), bar_wrench[side.body]) - bar_wrench[side.field_body];
     bar.assign(static_cast<std::size_t>(side.num_cells()), PatchCotangent{});
@@ -90,7 +89,9 @@ void ContactModel::PullBackWrenches(const std::vector<Vector6d>& bar_wrench, con
       PullBackTouch(bar_F, Bristle::Zero(), &touch, &out->previous);
       bar[touch.cell] = touch.bar;
     }
-    if (side.is_designed) PullBackVertices(side, state.at, bar, &out->vertices[side.pair]);
+    if (!side.depends_on_design()) continue;
+    std::array<Eigen::Matrix3Xd, 2>& vertices = out->vertices[side.pair];
+    PullBackVertices(side, state.at, bar, &vertices[side.shape], &vertices[1 - side.shape]);
   }
 }
 

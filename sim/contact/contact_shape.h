@@ -10,6 +10,7 @@
 namespace knap {
 
 class ContactMesh;
+struct MovingPieces;
 
 struct HalfSpaceGeometry {
   FieldPlane plane{Eigen::Vector3d::UnitZ(), 0.0};
@@ -48,6 +49,8 @@ struct MeshGeometry {
   std::shared_ptr<const ContactMesh> mesh;
   // Of a convex one that is not designed. Null: a designed mesh; what its vertices do to a loss is asked for.
   std::shared_ptr<const PolyhedralField> field = nullptr;
+  // Of a designed mesh, what another one is cut up in (moving_pieces.h). Null: it meets none.
+  std::shared_ptr<const MovingPieces> pieces = nullptr;
   bool IsDesigned() const { return field == nullptr; }
 };
 

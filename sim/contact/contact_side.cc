@@ -10,6 +10,7 @@
 
 #include "sim/contact/convex_field.h"
 #include "sim/contact/facet_integrals.h"
+#include "sim/contact/moving_pieces.h"
 #include "sim/contact/pair_rules.h"
 #include "sim/math/overloaded.h"
 
@@ -61,13 +62,14 @@ double CalcHalfWidth(const ContactGeometry& shape) {
   return kInfinity;
 }
 
-// `touching`: which of the contact's two is B.
-ContactSide MakeSide(const ContactPair& contact, int touching, double share) {
+// `touching`: which of the contact's two is B. `piece` of the other, where that is a designed mesh.
+ContactSide MakeSide(const ContactPair& contact, int touching, double share, int piece) {
   const ContactGeometry& shape = contact.shapes[touching];
   const ContactGeometry& other = contact.shapes[1 - touching];
   ContactSide side;
   side.body = contact.bodies[touching];
   side.field_body = contact.bodies[1 - touching];
+  side.shape = touching;
   side.modulus = share * contact.material.stiffness;
   side.size = std::min(CalcHalfWidth(shape), CalcHalfWidth(other));
   side.deepest = side.size;
@@ -77,7 +79,12 @@ ContactSide MakeSide(const ContactPair& contact, int touching, double share) {
   if (const auto* box = std::get_if<BoxGeometry>(&other)) {
     side.field = PolyhedralField::MakeBox(box->half, box->center, box->R);
   } else if (const auto* solid = std::get_if<MeshGeometry>(&other)) {
-    side.field = *solid->field;
+    if (solid->IsDesigned()) {
+      side.pieces = solid->pieces;
+      side.piece = piece;
+    }
+    side.field = solid->IsDesigned() ? solid->pieces->fields[static_cast<std::size_t>(piece)] : *solid->field;
+    side.deepest = std::min(side.size, std::get<PolyhedralField>(side.field).deepest);
   } else if (IsRound(other)) {
     side.field = MakeRound(other);
     side.deepest = std::min(side.size, 0.5 * CalcHalfWidth(other));
@@ -92,7 +99,11 @@ ContactSide MakeSide(const ContactPair& contact, int touching, double share) {
     side.axis = RoundAxis{round.center, round.axis, round.half_length, round.radius};
     if (IsRound(other)) side.deepest = std::min(side.size, 0.5 * (round.radius + CalcHalfWidth(other)));
   } else if (const auto* cylinder = std::get_if<CylinderGeometry>(&shape)) {
-    side.cylinder = SolidCylinder{cylinder->center, cylinder->axis, cylinder->half_length, cylinder->radius};
+    if (Is<HalfSpaceGeometry>(other)) {
+      side.cylinder = SolidCylinder{cylinder->center, cylinder->axis, cylinder->half_length, cylinder->radius};
+    } else {
+      side.facets = std::make_shared<ContactMesh>(ContactMesh::MakeCylinder(*cylinder));
+    }
   } else if (const auto* box = std::get_if<BoxGeometry>(&shape)) {
     side.facets = std::make_shared<ContactMesh>(ContactMesh::MakeBox(*box));
   } else {
@@ -101,6 +112,13 @@ ContactSide MakeSide(const ContactPair& contact, int touching, double share) {
     side.is_designed = mesh.IsDesigned();
   }
   return side;
+}
+
+// A designed mesh that should meet no other has none.
+int CountFields(const ContactGeometry& shape) {
+  const auto* mesh = std::get_if<MeshGeometry>(&shape);
+  if (mesh == nullptr || !mesh->IsDesigned()) return 1;
+  return mesh->pieces ? static_cast<int>(mesh->pieces->fields.size()) : 0;
 }
 
 // Of a half-space.
@@ -178,10 +196,14 @@ std::vector<ContactSide> MakeSides(const std::vector<ContactPair>& contacts) {
     }
     for (int touching = 0; touching < 2; ++touching) {
       if (rule == (touching == 0 ? PairRule::kSecond : PairRule::kFirst)) continue;
-      ContactSide& side = sides.emplace_back(MakeSide(contact, touching, rule == PairRule::kBoth ? 0.5 : 1.0));
-      side.pair = i;
-      side.first_id = next_id;
-      next_id += side.num_cells();
+      const int fields = CountFields(contact.shapes[1 - touching]);
+      if (fields == 0) throw std::invalid_argument(fmt::format("contact {}: a designed mesh without pieces", i));
+      for (int piece = 0; piece < fields; ++piece) {
+        ContactSide& side = sides.emplace_back(MakeSide(contact, touching, rule == PairRule::kBoth ? 0.5 : 1.0, piece));
+        side.pair = i;
+        side.first_id = next_id;
+        next_id += side.num_cells();
+      }
     }
   }
   return sides;
@@ -294,19 +316,24 @@ void CalcPatchJacobians(const ContactSide& side, SidePatches* out) {
 }
 
 void PullBackVertices(const ContactSide& side, const SidePatches& at, std::vector<PatchCotangent> bar,
-                      Eigen::Matrix3Xd* bar_vertices) {
+                      Eigen::Matrix3Xd* bar_B, Eigen::Matrix3Xd* bar_S) {
   for (PatchCotangent& b : bar) {
     b.F *= side.modulus;
     b.M *= side.modulus;
   }
+  std::vector<FieldPlane> bar_planes;
+  if (side.pieces) bar_planes.assign(bar.size(), FieldPlane{Vector3d::Zero(), 0.0});
   for (const FacetRegion& region : at.facets.regions) {
+    const PatchCotangent& of_cell = bar[static_cast<std::size_t>(region.cell)];
+    if (side.pieces) PullBackField(region, at.facets.walls, of_cell, bar_planes);
+    if (!side.is_designed) continue;
     std::array<Vector3d, 3> bar_corners{Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()};
-    PullBackRegion(region, at.facets.walls, Move(at.X_SB, side.facets->facets()[region.facet]),
-                   bar[static_cast<std::size_t>(region.cell)], &bar_corners);
+    PullBackRegion(region, at.facets.walls, Move(at.X_SB, side.facets->facets()[region.facet]), of_cell, &bar_corners);
     for (int k = 0; k < 3; ++k) {
-      bar_vertices->col(side.facets->triangles()[region.facet][k]) += at.X_SB.R.transpose() * bar_corners[k];
+      bar_B->col(side.facets->triangles()[region.facet][k]) += at.X_SB.R.transpose() * bar_corners[k];
     }
   }
+  if (side.pieces) PullBackPlanes(*side.pieces, side.piece, bar_planes, bar_S);
 }
 
 }  // namespace knap

@@ -3,16 +3,20 @@
 //   a mesh or a box in any field         its facets                                              (facet_integrals.h)
 //   a sphere or a capsule                in a half-space's or a round body's field: its axis      (axis_integrals.h)
 //   a cylinder                           in a half-space's field: its surface                 (cylinder_integrals.h)
+//                                        in another's: a prism's facets       (ContactMesh::MakeCylinder)
 //
-// and what the pairs of pair_rules.h are, with the share of the modulus E that each direction has. A mesh is one
-// without a field, as designed ones are; a hull is a convex mesh that is not designed (convex_field.h):
+// and what the pairs of pair_rules.h are, with the share of the modulus E that each direction has. A mesh is a designed
+// one, which has a field for other designed ones alone; a hull is a convex mesh that is not designed (convex_field.h):
 //
 //   any shape and a half-space             the shape in the half-space's field, E
 //   mesh and sphere, capsule, cylinder, box, hull
 //                                          the mesh in the shape's field, E
 //   box or hull and sphere, capsule, cylinder
 //                                          the box or hull in the shape's field, E
-//   box or hull and box or hull            each in the other's field, E/2
+//   cylinder and sphere, capsule           the cylinder in the round field, E
+//   box or hull and box or hull, cylinder and cylinder
+//                                          each in the other's field, E/2
+//   mesh and mesh                          each in the fields of the other's convex pieces, E/2  (moving_pieces.h)
 //   round and round                        each in the other's field, E/2
 #pragma once
 
@@ -43,6 +47,7 @@ struct ContactSide {
   int pair = 0;                 // the contact it belongs to
   int body = 0;                 // A
   int field_body = 0;           // S
+  int shape = 0;                // which of the contact's two shapes is B's
   int first_id = 0;             // of its patches, one a cell, which number all bristles of a model
   double modulus = 0.0;         // E's share [N/m³]
   double rolling_radius = 0.0;  // 0: no rolling resistance
@@ -53,7 +58,11 @@ struct ContactSide {
   std::optional<RoundAxis> axis;              // in B
   std::optional<SolidCylinder> cylinder;      // in B
   bool is_designed = false;                   // the facets are a designed mesh's
+  // Of a designed mesh's field: which of its convex pieces has it.
+  std::shared_ptr<const MovingPieces> pieces = nullptr;
+  int piece = -1;
 
+  bool depends_on_design() const { return is_designed || pieces != nullptr; }
   int num_cells() const { return CountCells(field); }
 };
 
@@ -102,8 +111,9 @@ struct SidePatches {
 void CalcPatches(const ContactSide& side, NearFacets* near, const Pose& X_SB, SidePatches* out);
 // The jacobians of those.
 void CalcPatchJacobians(const ContactSide& side, SidePatches* out);
-// Adds to bar_vertices of the side's designed mesh, in B, what follows from the patches' cotangents.
+// Adds to the cotangents of the designed meshes' vertices, each in its body, what follows from those of the patches:
+// first B's, then S's; what is not designed has none.
 void PullBackVertices(const ContactSide& side, const SidePatches& at, std::vector<PatchCotangent> bar,
-                      Eigen::Matrix3Xd* bar_vertices);
+                      Eigen::Matrix3Xd* bar_B, Eigen::Matrix3Xd* bar_S);
 
 }  // namespace knap

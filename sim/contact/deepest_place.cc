@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <variant>
+#include <vector>
 
 #include "sim/math/check.h"
 #include "sim/math/overloaded.h"
@@ -21,34 +22,42 @@ namespace {
 // What is closer than this share of the bodies' width, places or depths, is one.
 constexpr double kSame = 1e-9;
 
+// Σ μ_i of some columns.
+struct Mean {
+  Vector3d g = Vector3d::Zero();
+  std::array<int, 3> columns{-1, -1, -1};
+  std::array<double, 3> shares{};
+};
+
 // Of the columns of `gradients`, at least one, a mean with weights ≥ 0 of at most three that has no part in `level`, a
 // projection on a line or plane; where there is none, the one with the least.
-Vector3d Mix(const Eigen::Matrix3Xd& gradients, const Matrix3d& level) {
-  const Eigen::Index n = gradients.cols();
-  Vector3d best = gradients.col(0);
-  double least = (level * best).norm();
-  const auto consider = [&](const Vector3d& g) {
-    const double part = (level * g).norm();
+Mean Mix(const Eigen::Matrix3Xd& gradients, const Matrix3d& level) {
+  const int n = static_cast<int>(gradients.cols());
+  Mean best{gradients.col(0), {0, -1, -1}, {1.0, 0.0, 0.0}};
+  double least = (level * best.g).norm();
+  const auto consider = [&](const Mean& mean) {
+    const double part = (level * mean.g).norm();
     // What rounding makes of a tie settles nothing.
     if (!(part < least - kSame)) return;
     least = part;
-    best = g;
+    best = mean;
   };
-  for (Eigen::Index i = 0; i < n && least > kSame; ++i) {
+  for (int i = 0; i < n && least > kSame; ++i) {
     const Vector3d g = gradients.col(i);
-    consider(g);
-    for (Eigen::Index j = i + 1; j < n && least > kSame; ++j) {
+    consider({g, {i, -1, -1}, {1.0, 0.0, 0.0}});
+    for (int j = i + 1; j < n && least > kSame; ++j) {
       const Vector3d d = gradients.col(j) - g;
       const double size = d.dot(level * d);
       const double mu = -d.dot(level * g) / size;
-      if (mu > 0.0 && mu < 1.0) consider(g + mu * d);
-      for (Eigen::Index k = j + 1; k < n && least > kSame; ++k) {
+      if (mu > 0.0 && mu < 1.0) consider({g + mu * d, {i, j, -1}, {1.0 - mu, mu, 0.0}});
+      for (int k = j + 1; k < n && least > kSame; ++k) {
         Eigen::Matrix<double, 3, 2> both;
         both << d, gradients.col(k) - g;
         const Matrix2d along = both.transpose() * level * both;
         if (!(along.determinant() > 1e-9 * along.squaredNorm())) continue;
         const Vector2d weights = -along.inverse() * (both.transpose() * (level * g));
-        if (weights.minCoeff() > 0.0 && weights.sum() < 1.0) consider(g + both * weights);
+        if (!(weights.minCoeff() > 0.0 && weights.sum() < 1.0)) continue;
+        consider({g + both * weights, {i, j, k}, {1.0 - weights.sum(), weights(0), weights(1)}});
       }
     }
   }
@@ -84,12 +93,19 @@ DeepestPlace FindOnFacets(const ContactSide& side, const PolyhedralField& field,
   out.p_S = deepest->frame.Place(deepest->peak);
   const double same = kSame * side.size;
   Eigen::Matrix3Xd gradients(3, static_cast<Eigen::Index>(field.planes.size()));
-  Eigen::Index count = 0;
-  for (const FieldPlane& plane : field.planes) {
-    if (-plane.CalcHeight(out.p_S) <= out.depth + same) gradients.col(count++) = -plane.n;
+  std::vector<int> holding;
+  for (std::size_t i = 0; i < field.planes.size(); ++i) {
+    if (-field.planes[i].CalcHeight(out.p_S) > out.depth + same) continue;
+    gradients.col(static_cast<Eigen::Index>(holding.size())) = -field.planes[i].n;
+    holding.push_back(static_cast<int>(i));
   }
   const Facet facet = Move(patches.X_SB, side.facets->facets()[static_cast<std::size_t>(out.facet)]);
-  out.g_S = Mix(gradients.leftCols(count), FindLevel(facet, out.p_S, same));
+  const Mean mean = Mix(gradients.leftCols(static_cast<Eigen::Index>(holding.size())), FindLevel(facet, out.p_S, same));
+  out.g_S = mean.g;
+  out.shares = mean.shares;
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (mean.columns[k] >= 0) out.planes[k] = holding[static_cast<std::size_t>(mean.columns[k])];
+  }
   return out;
 }
 
@@ -242,7 +258,7 @@ class FacetPeak {
     if (std::abs(along) <= kSame * f.radius && end <= side + kSame * f.radius)
       return Vector3d::Zero();  // no place of S is deeper
     if (std::abs(side - end) <= kSame * f.radius) {
-      return Mix((Eigen::Matrix3Xd(3, 2) << by_side, by_end).finished(), level_);
+      return Mix((Eigen::Matrix3Xd(3, 2) << by_side, by_end).finished(), level_).g;
     }
     return side < end ? by_side : by_end;
   }
@@ -309,7 +325,7 @@ DeepestPlace FindOnAxis(const RoundAxis& axis, const RoundField& field) {
 }
 
 DeepestPlace FindOnAxis(const RoundAxis&, const CylinderField&) {
-  KNAP_CHECK(false, "round bodies and cylinders do not touch (pair_rules.h)");
+  KNAP_CHECK(false, "a cylinder is what touches a round body (pair_rules.h)");
   return {};
 }
 

@@ -40,7 +40,7 @@ WeightMatrix MakeWeightMatrix(const PlaneFrame& f) {
   return out;
 }
 
-// Over each inner wall's edge, at Gauss's points: use(s, w, e dl/|w_t|).
+// Over each inner wall's edge, at Gauss's points: use(wall, s, e dl/|w_t|).
 template <class Use>
 void ForWalls(const FacetRegion& region, std::span<const WallEdge> walls, const Use& use) {
   for (const WallEdge& wall : walls.subspan(region.first_wall, region.num_walls)) {
@@ -48,7 +48,7 @@ void ForWalls(const FacetRegion& region, std::span<const WallEdge> walls, const 
     for (int g = 0; g < 3; ++g) {
       const Vector2d s = wall.begin + kEdgeAt[g] * d;
       const double e = region.field.e.dot(Monomials(s));
-      use(s, wall.w, e * kEdgeWeight[g] * d.norm() / wall.in_plane);
+      use(wall, s, e * kEdgeWeight[g] * d.norm() / wall.in_plane);
     }
   }
 }
@@ -75,16 +75,32 @@ WeightMatrix CalcRates(const FacetRegion& region, std::span<const WallEdge> wall
     const WeightMatrix moved = weights * gram;
     out.noalias() = moved * slope.transpose();
   }
-  ForWalls(region, walls, [&](const Vector2d& s, const Vector3d& w, double e_dl) {
+  ForWalls(region, walls, [&](const WallEdge& wall, const Vector2d& s, double e_dl) {
     const Vector3d x = f.Place(s);
     Vector6d flow;
-    flow << x.cross(w), w;
+    flow << x.cross(wall.w), wall.w;
     Weights psi;
     psi << 1.0, x, Square(x);
     out.noalias() -= (e_dl * psi) * flow.transpose();
   });
   return out;
 }
+
+// The sum that a patch's cotangents make is ∫ e ψ dA with ψ = c + L·x + xᵀ B x on a facet.
+struct Integrand {
+  Vector6d at;        // ψ over the monomials
+  Matrix3d gradient;  // ∇ψ over 1, u, w
+
+  Integrand(const PlaneFrame& f, const PatchCotangent& b) {
+    const double c = b.W - b.F.dot(f.n);
+    const Vector3d L = b.m1 - f.n.cross(b.M);
+    const Matrix3d& B = b.m2;
+    const Vector3d Bo = B * f.o;
+    at << c + L.dot(f.o) + f.o.dot(Bo), L.dot(f.t) + 2.0 * Bo.dot(f.t), L.dot(f.m) + 2.0 * Bo.dot(f.m),
+        f.t.dot(B * f.t), 2.0 * f.t.dot(B * f.m), f.m.dot(B * f.m);
+    gradient << L + 2.0 * Bo, 2.0 * B * f.t, 2.0 * B * f.m;
+  }
+};
 
 }  // namespace
 
@@ -128,16 +144,7 @@ void PullBackRegion(const FacetRegion& region, std::span<const WallEdge> walls, 
   const std::array<Vector3d, 3> x = {triangle.Place(0), triangle.Place(1), triangle.Place(2)};
   const PlaneFrame& f = region.frame;
   const Vector3d& n = f.n;
-  // The sum is ∫ e ψ dA with ψ = c + L·x + xᵀ B x on this facet.
-  const double c = b.W - b.F.dot(n);
-  const Vector3d L = b.m1 - n.cross(b.M);
-  const Matrix3d& B = b.m2;
-  const Vector3d Bo = B * f.o;
-  Vector6d psi;
-  psi << c + L.dot(f.o) + f.o.dot(Bo), L.dot(f.t) + 2.0 * Bo.dot(f.t), L.dot(f.m) + 2.0 * Bo.dot(f.m), f.t.dot(B * f.t),
-      2.0 * f.t.dot(B * f.m), f.m.dot(B * f.m);
-  Matrix3d psi_gradient;
-  psi_gradient << L + 2.0 * Bo, 2.0 * B * f.t, 2.0 * B * f.m;
+  const Integrand psi(f, b);
 
   // Barycentric coordinates, each over 1, u, w: rows of the inverse of [1; u; w] of the corners.
   Matrix3d corners;
@@ -146,7 +153,7 @@ void PullBackRegion(const FacetRegion& region, std::span<const WallEdge> walls, 
 
   const Matrix6d gram = region.moments.MakeGram();
   const Vector6d by_e = gram * region.field.e;
-  const Matrix3d H = region.field.gradient * UnpackSymmetric(gram * psi) + psi_gradient * UnpackSymmetric(by_e);
+  const Matrix3d H = region.field.gradient * UnpackSymmetric(gram * psi.at) + psi.gradient * UnpackSymmetric(by_e);
   const Weights sum = MakeWeightMatrix(f) * by_e;
   const Vector3d m1 = sum.segment<3>(1);
   // Normal and area: both are the triangle's vector area.
@@ -156,10 +163,29 @@ void PullBackRegion(const FacetRegion& region, std::span<const WallEdge> walls, 
   for (int i = 0; i < 3; ++i) {
     (*bar_corners)[i] += H * barycentric.row(i).transpose() + (x[(i + 1) % 3] - x[(i + 2) % 3]).cross(by_area);
   }
-  ForWalls(region, walls, [&](const Vector2d& s, const Vector3d& w, double e_dl) {
-    const double flow = e_dl * psi.dot(Monomials(s));
+  ForWalls(region, walls, [&](const WallEdge& wall, const Vector2d& s, double e_dl) {
+    const double flow = e_dl * psi.at.dot(Monomials(s));
     const Vector3d phi = barycentric * Vector3d(1.0, s.x(), s.y());
-    for (int i = 0; i < 3; ++i) (*bar_corners)[i] -= phi(i) * flow * w;
+    for (int i = 0; i < 3; ++i) (*bar_corners)[i] -= phi(i) * flow * wall.w;
+  });
+}
+
+void PullBackField(const FacetRegion& region, std::span<const WallEdge> walls, const PatchCotangent& bar,
+                   std::span<FieldPlane> bar_planes) {
+  const PlaneFrame& f = region.frame;
+  const Integrand psi(f, bar);
+  const Vector6d sum = region.moments.MakeGram() * psi.at;
+  FieldPlane& own = bar_planes[static_cast<std::size_t>(region.cell)];
+  own.d += sum(0);
+  own.n -= sum(0) * f.o + sum(1) * f.t + sum(2) * f.m;
+  ForWalls(region, walls, [&](const WallEdge& wall, const Vector2d& s, double e_dl) {
+    const double flow = e_dl * psi.at.dot(Monomials(s));
+    const Vector3d x = f.Place(s);
+    FieldPlane& other = bar_planes[static_cast<std::size_t>(wall.beyond)];
+    other.d += flow;
+    other.n -= flow * x;
+    own.d -= flow;
+    own.n += flow * x;
   });
 }
 

@@ -35,4 +35,10 @@ void FinishJacobian(const PatchIntegrals& patch, PatchJacobian* jacobian);
 void PullBackRegion(const FacetRegion& region, std::span<const WallEdge> walls, const Facet& triangle,
                     const PatchCotangent& bar, std::array<Eigen::Vector3d, 3>* bar_corners);
 
+// To the cotangents of the field's planes, one a cell, whose d and n move: what PullBackRegion is to the corners.
+//
+//   d ∫ e ψ dA = ∫ δe ψ dA + Σ_walls ∮ e ψ (δe_beyond − δe)/|w_t| dl,   δe = δd − δn·x
+void PullBackField(const FacetRegion& region, std::span<const WallEdge> walls, const PatchCotangent& bar,
+                   std::span<FieldPlane> bar_planes);
+
 }  // namespace knap

@@ -124,7 +124,7 @@ void CutFacet(int number, const Facet& facet, const PolyhedralField& field, Face
       const double in_plane = std::hypot(w.dot(facet.frame.t), w.dot(facet.frame.m));
       if (in_plane < kAlongWall) continue;
       const int next = k + 1 < polygon.size() ? k + 1 : 0;
-      out->walls.push_back({polygon.corner[k], polygon.corner[next], w, in_plane});
+      out->walls.push_back({polygon.wall[k], polygon.corner[k], polygon.corner[next], w, in_plane});
     }
     region.num_walls = static_cast<int>(out->walls.size()) - region.first_wall;
   }

@@ -57,8 +57,9 @@ struct FacetRegion {
   int num_walls = 0;
 };
 
-// An edge of a region on the wall w·x ≤ b between two cells.
+// An edge of a region on the wall w·x ≤ b to another cell, `beyond`.
 struct WallEdge {
+  int beyond = 0;
   Eigen::Vector2d begin, end;
   Eigen::Vector3d w;
   double in_plane = 0.0;  // |w_t|, the part of w in the facet's plane

@@ -16,14 +16,15 @@ int GetRank(TouchingKind kind) {
     case TouchingKind::kBox:
     case TouchingKind::kConvexMesh:
       return 1;
-    case TouchingKind::kSphere:
-    case TouchingKind::kCapsule:
     case TouchingKind::kCylinder:
       return 2;
-    case TouchingKind::kHalfSpace:
+    case TouchingKind::kSphere:
+    case TouchingKind::kCapsule:
       return 3;
+    case TouchingKind::kHalfSpace:
+      return 4;
   }
-  return 3;
+  return 4;
 }
 
 }  // namespace
@@ -32,10 +33,8 @@ PairRule FindPairRule(TouchingKind first, TouchingKind second) {
   const int a = GetRank(first);
   const int b = GetRank(second);
   if (a != b) return a < b ? PairRule::kFirst : PairRule::kSecond;
-  // A designed mesh has no field, a half-space no surface that ends; a round body's axis is looked up in a round field,
-  // which a cylinder has not.
-  const bool has_cylinder = first == TouchingKind::kCylinder || second == TouchingKind::kCylinder;
-  return a == 0 || a == 3 || has_cylinder ? PairRule::kNone : PairRule::kBoth;
+  // A half-space has no surface that ends.
+  return first == TouchingKind::kHalfSpace ? PairRule::kNone : PairRule::kBoth;
 }
 
 std::string DescribeNoTouch(TouchingKind first, TouchingKind second) {

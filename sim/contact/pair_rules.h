@@ -18,7 +18,7 @@ enum class PairRule { kNone, kFirst, kSecond, kBoth };
 
 PairRule FindPairRule(TouchingKind first, TouchingKind second);
 
-// "cylinder and sphere do not touch; a cylinder touches half_space, box, mesh, designed_mesh", where the rule is kNone.
+// "half_space and half_space do not touch; a half_space touches sphere, …", where the rule is kNone.
 std::string DescribeNoTouch(TouchingKind first, TouchingKind second);
 
 }  // namespace knap

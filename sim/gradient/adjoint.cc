@@ -126,7 +126,9 @@ TrajectoryGradient SweepAdjoint(const Trajectory& trajectory, const std::vector<
   out.v0 = bars.v;
   out.finite = out.pose0.allFinite() && out.v0.allFinite();
   SubtractSteps(pull.by_loss(), pull.by_solves(), &out);
-  for (const Eigen::Matrix3Xd& vertices : out.vertices) out.finite = out.finite && vertices.allFinite();
+  for (const std::array<Eigen::Matrix3Xd, 2>& vertices : out.vertices) {
+    out.finite = out.finite && vertices[0].allFinite() && vertices[1].allFinite();
+  }
   return out;
 }
 

@@ -48,9 +48,9 @@ struct TrajectoryGradient {
   Eigen::VectorXd v0;     // of the initial rates
   std::vector<BodyParameterCotangent> bodies;
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
-  Eigen::MatrixXd controls;                // like Trajectory::controls.values; zero where a feedback law set them
-  std::vector<Eigen::Matrix3Xd> vertices;  // for each contact: of its mesh's vertices, empty without one
-  std::vector<GripCotangent> grips;        // of their points
+  Eigen::MatrixXd controls;  // like Trajectory::controls.values; zero where a feedback law set them
+  std::vector<std::array<Eigen::Matrix3Xd, 2>> vertices;  // as ContactModel::Cotangents
+  std::vector<GripCotangent> grips;                       // of their points
 };
 
 // `cotangents` sorted by state, ascending. The trajectory must have converged. `feedback`: the law that took part in

@@ -36,8 +36,9 @@ double FollowingNodes::AddTouchdown(const NodeWindows::Window& window, double S,
     for (Vector3d* part : {&at.p_W, &at.v_W, &at.r_W, &at.w_W}) *part *= S;
     AddStateCotangent(at, dynamics_->kinematics()[at.body], &bodies_[at.body]);
   }
+  const int surface = 1 - window.touchdown.approach.ball;
   for (const auto& [vertex, bar] : window.touchdown.vertices) {
-    pull_->by_contact().vertices[window.contact].col(vertex) += S * bar;
+    pull_->by_contact().vertices[window.contact][surface].col(vertex) += S * bar;
   }
   ++touchdowns_;
   return S + pull_->AddBodies(&bodies_, bars);

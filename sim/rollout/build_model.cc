@@ -323,7 +323,7 @@ std::vector<ContactGeometry> MakePartnerGeometries(const World& world, const std
   for (std::size_t i = 0; i < body->shapes.size(); ++i) {
     std::vector<MeshGeometry> of_shape;
     if (const auto fixed = meshes.find({name, i}); fixed != meshes.end()) of_shape = fixed->second.pieces;
-    if (std::holds_alternative<DesignedMeshShape>(body->shapes[i].kind)) of_shape = {{designed.at(name).contact}};
+    if (std::holds_alternative<DesignedMeshShape>(body->shapes[i].kind)) of_shape = {designed.at(name).contact};
     const std::vector<ContactGeometry> pieces = MakeGeometries(body->shapes[i], of_shape);
     out.insert(out.end(), pieces.begin(), pieces.end());
   }
@@ -359,7 +359,8 @@ void AddContact(const World& world, std::size_t index, const DesignedShapes& sha
         for (const ContactGeometry& other : of_second) {
           pair.shapes = {shape, other};
           model->contacts.push_back(pair);
-          model->contact_mesh_of.push_back(IsDesigned(shape) ? first : IsDesigned(other) ? second : std::string());
+          model->contact_meshes.push_back(
+              {IsDesigned(shape) ? first : std::string(), IsDesigned(other) ? second : std::string()});
           model->contact_of_pair.push_back(static_cast<int>(index));
         }
       }

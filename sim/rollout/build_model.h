@@ -5,6 +5,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <array>
 #include <map>
 #include <memory>
 #include <string>
@@ -22,8 +23,8 @@ namespace knap {
 // A designed body's shape at one theta, in its B.
 struct DesignedShape {
   TriangleMesh mesh;
-  MassProperties of_unit_density;              // at 1 kg/m³
-  std::shared_ptr<const ContactMesh> contact;  // null where nothing touches it
+  MassProperties of_unit_density;  // at 1 kg/m³
+  MeshGeometry contact;            // without a mesh where nothing touches it
   std::string fault{};  // why the mesh bounds no body at this theta; then it has neither mass nor contact. Else empty
 };
 using DesignedShapes = std::map<std::string, DesignedShape>;  // by the body's name
@@ -38,8 +39,9 @@ struct ActuatorCommand {
 struct SceneModel {
   Tree tree;
   std::vector<ContactPair> contacts;
-  std::vector<GripSpring> grips;                  // in the order of the scene
-  std::vector<std::string> contact_mesh_of;       // for each contact: the designed body whose mesh it has, else empty
+  std::vector<GripSpring> grips;  // in the order of the scene
+  // For each contact's two shapes: the designed body whose mesh it is, else empty.
+  std::vector<std::array<std::string, 2>> contact_meshes;
   std::vector<int> contact_of_pair;               // which of the scene's contacts one of `contacts` belongs to
   std::vector<ActuatorCommand> actuators;         // in the tree's order
   std::map<std::string, int> body_index;          // name → index in the tree

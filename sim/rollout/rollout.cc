@@ -234,7 +234,7 @@ RolloutSimulation::Gradient RolloutSimulation::CalcGradient(const VectorXd& cont
     TrajectoryGradient gradient =
         SweepAdjoint(*s.trajectory, bar.states, s.dynamics.get(), s.contacts.get(), s.policy.get(), nodes);
     for (const VertexCotangent& c : bar.vertices) {
-      gradient.vertices[static_cast<std::size_t>(c.contact)].col(c.vertex) += c.bar;
+      gradient.vertices[static_cast<std::size_t>(c.contact)][static_cast<std::size_t>(c.shape)].col(c.vertex) += c.bar;
     }
     out.touchdowns = gradient.touchdowns;
     out.loss_rounding = gradient.loss_rounding;

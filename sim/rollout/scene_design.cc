@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <new>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 #include <variant>
@@ -58,9 +59,29 @@ std::string DescribeFault(const std::string& body, const TriangleMesh& mesh) {
   return fmt::format("theta folds the mesh of '{}' or turns it inside out: {}", body, defects.Describe());
 }
 
+std::string DescribeLostPiece(const std::string& body) {
+  return fmt::format("theta folds a convex part of the mesh of '{}', which another designed mesh touches", body);
+}
+
 bool Touches(const World& world, const std::string& body) {
   return std::any_of(world.contacts.begin(), world.contacts.end(),
                      [&](const Contact& c) { return c.bodies[0] == body || c.bodies[1] == body; });
+}
+
+bool TouchesDesigned(const World& world, const std::string& body) {
+  const auto is_designed = [&](const std::string& name) {
+    return std::any_of(world.design->bodies.begin(), world.design->bodies.end(),
+                       [&](const DesignedBody& b) { return b.name == name; });
+  };
+  return std::any_of(world.contacts.begin(), world.contacts.end(), [&](const Contact& c) {
+    return (c.bodies[0] == body && is_designed(c.bodies[1])) || (c.bodies[1] == body && is_designed(c.bodies[0]));
+  });
+}
+
+std::vector<PieceFaces> FindPieces(const std::string& body, const TriangleMesh& mesh) try {
+  return FindPieceFaces(mesh);
+} catch (const std::runtime_error& e) {
+  throw std::runtime_error(fmt::format("design of '{}': it meets another designed mesh, and {}", body, e.what()));
 }
 
 }  // namespace
@@ -77,7 +98,9 @@ SceneDesign::SceneDesign(const World& world, const std::map<std::string, std::st
   }
   for (const DesignedBody& body : design.bodies) {
     names_.push_back(body.name);
-    parts_.emplace(body.name, Part{MakeCageDesign(design, body, initial_theta_, files), Touches(world, body.name)});
+    Part part{MakeCageDesign(design, body, initial_theta_, files), Touches(world, body.name), {}};
+    if (TouchesDesigned(world, body.name)) part.pieces = FindPieces(body.name, part.cage.initial_mesh());
+    parts_.emplace(body.name, std::move(part));
   }
 }
 
@@ -86,15 +109,33 @@ const CageDesign* SceneDesign::Find(const std::string& body) const {
   return found == parts_.end() ? nullptr : &found->second.cage;
 }
 
+std::vector<double> SceneDesign::CalcPieceVolumes(const std::string& body) const {
+  const Part& part = parts_.at(body);
+  std::vector<double> volumes;
+  for (const PieceFaces& faces : part.pieces) {
+    TriangleMesh piece{part.cage.initial_mesh().vertices, {}};
+    for (const PieceFace& face : faces) piece.triangles.insert(piece.triangles.end(), face.begin(), face.end());
+    volumes.push_back(CalcSignedVolume(piece));
+  }
+  return volumes;
+}
+
 DesignedShapes SceneDesign::CalcShapes(const VectorXd& theta) const {
   DesignedShapes shapes;
   for (const auto& [name, part] : parts_) {
     DesignedShape shape;
     shape.mesh = part.cage.CalcMesh(theta);
     shape.fault = DescribeFault(name, shape.mesh);
+    if (shape.fault.empty() && !part.pieces.empty()) {
+      if (std::optional<MovingPieces> pieces = MovePieces(part.pieces, shape.mesh.vertices)) {
+        shape.contact.pieces = std::make_shared<MovingPieces>(*std::move(pieces));
+      } else {
+        shape.fault = DescribeLostPiece(name);
+      }
+    }
     if (shape.fault.empty()) {
       shape.of_unit_density = CalcMassProperties(shape.mesh, 1.0);
-      if (part.touches) shape.contact = std::make_shared<ContactMesh>(shape.mesh);
+      if (part.touches) shape.contact.mesh = std::make_shared<ContactMesh>(shape.mesh);
     }
     shapes.emplace(name, std::move(shape));
   }
@@ -103,8 +144,10 @@ DesignedShapes SceneDesign::CalcShapes(const VectorXd& theta) const {
 
 std::string SceneDesign::FindFault(const VectorXd& theta) const {
   for (const auto& [name, part] : parts_) {
-    std::string fault = DescribeFault(name, part.cage.CalcMesh(theta));
+    const TriangleMesh mesh = part.cage.CalcMesh(theta);
+    std::string fault = DescribeFault(name, mesh);
     if (!fault.empty()) return fault;
+    if (!part.pieces.empty() && !MovePieces(part.pieces, mesh.vertices)) return DescribeLostPiece(name);
   }
   return {};
 }
@@ -157,10 +200,12 @@ VectorXd SceneDesign::PullBack(const World& world, const DesignedShapes& shapes,
   }
   std::map<std::string, Matrix3Xd> vertices;  // of a body, over its contacts
   for (std::size_t i = 0; i < gradient.vertices.size(); ++i) {
-    const Matrix3Xd& of_contact = gradient.vertices[i];
-    if (of_contact.cols() == 0) continue;
-    const auto [sum, is_first] = vertices.try_emplace(model.contact_mesh_of[i], of_contact);
-    if (!is_first) sum->second += of_contact;
+    for (std::size_t k = 0; k < 2; ++k) {
+      const Matrix3Xd& of_shape = gradient.vertices[i][k];
+      if (of_shape.cols() == 0) continue;
+      const auto [sum, is_first] = vertices.try_emplace(model.contact_meshes[i][k], of_shape);
+      if (!is_first) sum->second += of_shape;
+    }
   }
   for (const auto& [body, sum] : vertices) out += Find(body)->PullBack(sum);
   return out;

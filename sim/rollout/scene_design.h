@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "sim/contact/contact_mesh.h"
+#include "sim/contact/moving_pieces.h"
 #include "sim/geometry/mass_properties.h"
 #include "sim/gradient/adjoint.h"
 #include "sim/morphology/cage_design.h"
@@ -43,6 +44,9 @@ class SceneDesign {
   const std::vector<std::string>& bodies() const { return names_; }
   const CageDesign* Find(const std::string& body) const;
 
+  // Of the convex pieces of the initial mesh of a designed body that meets another one [m³]; none of others.
+  std::vector<double> CalcPieceVolumes(const std::string& body) const;
+
   DesignedShapes CalcShapes(const Eigen::VectorXd& theta) const;
 
   // The first fault that CalcShapes would find (DesignedShape::fault), at less cost; empty when there is none.
@@ -59,7 +63,8 @@ class SceneDesign {
  private:
   struct Part {
     CageDesign cage;
-    bool touches = false;  // some contact has it
+    bool touches = false;            // some contact has it
+    std::vector<PieceFaces> pieces;  // where another designed body is what it touches, else none
   };
 
   std::vector<std::string> names_;

@@ -192,9 +192,8 @@ std::string DescribePairs() {
   std::string text =
       "## Shapes that touch\n\n"
       "A contact is between every shape of the one body and every shape of the other. A mesh that is not convex "
-      "touches "
-      "as\n"
-      "its convex pieces.\n\n| |";
+      "touches as\n"
+      "its convex pieces, and so does a designed one against another that is designed.\n\n| |";
   for (const std::string_view name : kTouchingKindNames) text += fmt::format(" {} |", name);
   text += "\n|---|";
   for (std::size_t i = 0; i < kTouchingKindNames.size(); ++i) text += "---|";

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "sim/contact/deepest_place.h"
+#include "sim/contact/moving_pieces.h"
 #include "sim/signals/signal_frame.h"
 
 namespace knap {
@@ -41,6 +42,7 @@ class DepthSignalFunction final : public SignalFunction {
     const Vector3d p_W = X_WS * found.place.p_S;
     AddForce(at, side.body, p_W, g_W, out);
     AddForce(at, side.field_body, p_W, -g_W, out);
+    if (side.pieces) PullBackPlanes(found, bar, out);
     if (!side.is_designed) return;
     // The place keeps its barycentric coordinates as the facet's corners move.
     const int facet = found.place.facet;
@@ -52,7 +54,7 @@ class DepthSignalFunction final : public SignalFunction {
     const Vector3d shares = corners.inverse() * place;
     const Vector3d g_B = X_WB.R.transpose() * g_W;
     for (int k = 0; k < 3; ++k) {
-      out->vertices.push_back({numbers_[static_cast<std::size_t>(side.pair)],
+      out->vertices.push_back({numbers_[static_cast<std::size_t>(side.pair)], side.shape,
                                side.facets->triangles()[static_cast<std::size_t>(facet)][k], shares(k) * g_B});
     }
   }
@@ -75,6 +77,25 @@ class DepthSignalFunction final : public SignalFunction {
       if (place.depth > found.place.depth) found = {&side, place};
     }
     return found;
+  }
+
+  // Of the planes that hold the place, to the vertices of their mesh.
+  void PullBackPlanes(const Found& found, double bar, SignalCotangents* out) const {
+    const ContactSide& side = *found.side;
+    std::vector<FieldPlane> bar_planes(static_cast<std::size_t>(side.num_cells()), {Vector3d::Zero(), 0.0});
+    for (std::size_t k = 0; k < found.place.planes.size(); ++k) {
+      if (found.place.planes[k] < 0) continue;
+      FieldPlane& plane = bar_planes[static_cast<std::size_t>(found.place.planes[k])];
+      plane.d = bar * found.place.shares[k];
+      plane.n = -plane.d * found.place.p_S;
+    }
+    Eigen::Matrix3Xd bar_vertices = Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(side.pieces->vertices.size()));
+    knap::PullBackPlanes(*side.pieces, side.piece, bar_planes, &bar_vertices);
+    for (Eigen::Index i = 0; i < bar_vertices.cols(); ++i) {
+      if (bar_vertices.col(i).isZero(0.0)) continue;
+      out->vertices.push_back(
+          {numbers_[static_cast<std::size_t>(side.pair)], 1 - side.shape, static_cast<int>(i), bar_vertices.col(i)});
+    }
   }
 
   // As a force at a place would press on a body.

@@ -49,7 +49,8 @@ struct CommandCotangent {
 };
 
 struct VertexCotangent {
-  int contact = 0;                                // of the model, one of a designed mesh
+  int contact = 0;                                // of the model
+  int shape = 0;                                  // which of its two, a designed mesh
   int vertex = 0;                                 // of that mesh
   Eigen::Vector3d bar = Eigen::Vector3d::Zero();  // in its B
 };

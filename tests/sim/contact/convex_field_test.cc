@@ -9,6 +9,7 @@
 
 #include "sim/contact/contact_side.h"
 #include "tests/sim/contact/convex_meshes.h"
+#include "tests/sim/contact/pair_sum.h"
 #include "tests/sim/contact/patch_differences.h"
 
 namespace knap {
@@ -76,32 +77,8 @@ TEST(ConvexField, TakesRoundedFiles) {
   EXPECT_EQ(field->planes.size(), 6u);
 }
 
-struct Wrench {
-  Vector3d F = Vector3d::Zero();
-  Vector3d M = Vector3d::Zero();
-};
-
-// On the first body about the second's origin, in the second's frame.
-Wrench CalcWrench(const ContactGeometry& a, const ContactGeometry& b, const Pose& X_BA) {
-  ContactPair pair;
-  pair.bodies = {0, 1};
-  pair.shapes = {a, b};
-  pair.material.stiffness = 1e9;
-  Wrench out;
-  for (const ContactSide& side : MakeSides({pair})) {
-    NearFacets near(side);
-    const bool first = side.body == 0;
-    const Pose X_SB = first ? X_BA : Pose{X_BA.R.transpose(), -(X_BA.R.transpose() * X_BA.p)};
-    SidePatches at;
-    CalcPatches(side, &near, X_SB, &at);
-    for (const PatchIntegrals& p : at.patches) {
-      const Vector3d F = first ? p.F : Vector3d(-(X_BA.R * p.F));
-      out.F += F;
-      out.M += first ? p.M : Vector3d(-(X_BA.R * p.M) + X_BA.p.cross(F));
-    }
-  }
-  return out;
-}
+using test::CalcWrench;
+using test::Wrench;
 
 double CalcDepth(const PolyhedralField& field, const Vector3d& x, Vector3d* normal) {
   double least = 1.0;
@@ -200,7 +177,7 @@ TEST(ConvexField, ABoxOfTrianglesIsABox) {
   }
 }
 
-TEST(ConvexField, OfTwoMeshesOneMustHaveAField) {
+TEST(ConvexField, OfTwoMeshesOneMustHaveAFieldOrPieces) {
   TriangleMesh dented = test::MakeRoundHull(0.01, 1);
   dented.vertices[7] *= 0.6;
   EXPECT_FALSE(MakeConvexMesh(dented));

@@ -4,11 +4,16 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
 
+#include "sim/contact/contact_mesh.h"
+#include "tests/sim/contact/field_depth.h"
+#include "tests/sim/contact/pair_sum.h"
 #include "tests/sim/contact/patch_differences.h"
+#include "tests/sim/contact/random_places.h"
 
 namespace knap {
 namespace {
@@ -136,6 +141,83 @@ TEST(CylinderIntegralsTest, UprightIsNothingSpecial) {
     const Vector3d M = calc(tilt).M;
     EXPECT_LE((M + slope * tilt * about).norm(), 2e-3 * slope * tilt + 1e-24) << tilt;
   }
+}
+
+// Of E ∫ e dV over what both share: the force on B is −E ∫ ∇e dV, here summed around B's axis.
+Vector3d SumOverVolume(const CylinderField& B, const DepthField& S, const Pose& X_SB, double modulus) {
+  constexpr int kParts = 100;
+  constexpr double h = 1e-8;
+  const Vector3d u = B.axis.unitOrthogonal();
+  const Vector3d w = B.axis.cross(u);
+  Vector3d F = Vector3d::Zero();
+  int cell = 0;
+  for (int i = 0; i < kParts; ++i) {
+    const double r = (i + 0.5) / kParts * B.radius;
+    const double dV = r * (B.radius / kParts) * (2.0 * kPi / kParts) * (2.0 * B.half_length / kParts);
+    for (int j = 0; j < kParts; ++j) {
+      const double angle = 2.0 * kPi * (j + 0.5) / kParts;
+      for (int k = 0; k < kParts; ++k) {
+        const double along = (2.0 * (k + 0.5) / kParts - 1.0) * B.half_length;
+        const Vector3d x = X_SB * Vector3d(B.center + r * (std::cos(angle) * u + std::sin(angle) * w) + along * B.axis);
+        if (test::CalcFieldDepth(S, x, &cell) <= 0.0) continue;
+        for (int axis = 0; axis < 3; ++axis) {
+          const Vector3d d = h * Vector3d::Unit(axis);
+          F(axis) -= modulus * dV / (2.0 * h) *
+                     (test::CalcFieldDepth(S, x + d, &cell) - test::CalcFieldDepth(S, x - d, &cell));
+        }
+      }
+    }
+  }
+  return F;
+}
+
+// Against balls, capsules and one another cylinders are prisms: what they press is theirs to the sum's accuracy.
+TEST(CylinderIntegralsTest, APrismStandsForItAgainstRoundBodies) {
+  const CylinderGeometry can{0.006, 0.008, {0.0, 0.001, 0.0}};
+  const CylinderGeometry coin{0.011, 0.0025, {0.001, 0.0, 0.0}, Vector3d(0.6, 0.0, 0.8)};
+  const SphereGeometry sphere{0.007, {0.0, 0.001, 0.0}};
+  const CapsuleGeometry capsule{0.005, 0.012, {0.0, 0.0, 0.001}};
+  const auto field_of = [](const CylinderGeometry& c) {
+    return CylinderField{c.radius, c.half_length, c.center, c.axis};
+  };
+  test::RandomPlaces random(6);
+  for (int trial = 0; trial < 4; ++trial) {
+    for (const CylinderGeometry& cylinder : {can, coin}) {
+      Pose X_SC = random.MakePose(1.5, 0.002);
+      X_SC.p.z() += 0.006;
+      const auto expect = [&](const ContactGeometry& other, const Vector3d& sum) {
+        const test::Wrench found = test::CalcWrench(cylinder, other, X_SC);
+        ASSERT_GT(sum.norm(), 1e-3);
+        EXPECT_LE((found.F - sum).norm(), 0.003 * sum.norm()) << found.F.transpose() << " : " << sum.transpose();
+      };
+      expect(sphere, SumOverVolume(field_of(cylinder), RoundField{sphere.radius, 0.0, sphere.center}, X_SC, 1e9));
+      expect(capsule,
+             SumOverVolume(field_of(cylinder),
+                           RoundField{capsule.radius, capsule.half_length, capsule.center, capsule.axis}, X_SC, 1e9));
+      const Pose X_CS{X_SC.R.transpose(), -(X_SC.R.transpose() * X_SC.p)};
+      expect(can, SumOverVolume(field_of(cylinder), field_of(can), X_SC, 0.5e9) -
+                      X_SC.R * SumOverVolume(field_of(can), field_of(cylinder), X_CS, 0.5e9));
+    }
+  }
+}
+
+// The ripple of the prism's sides under a ball of half its radius is what a micrometre of depth to either side makes.
+TEST(CylinderIntegralsTest, ABallRollsAroundAPrism) {
+  const CylinderGeometry can{0.01, 0.008};
+  const SphereGeometry ball{0.005};
+  double least = 1e9, most = 0.0;
+  for (int i = 0; i < 40; ++i) {
+    const double angle = 2.0 * kPi / ContactMesh::kCylinderSides * i / 20.0;
+    const Vector3d out(std::cos(angle), std::sin(angle), 0.0);
+    const double F = -test::CalcWrench(can, ball, {Eigen::Matrix3d::Identity(), -(0.015 - 1e-4) * out}).F.dot(out);
+    least = std::min(least, F);
+    most = std::max(most, F);
+  }
+  const auto force_at = [&](double depth) {
+    return test::CalcWrench(can, ball, {Eigen::Matrix3d::Identity(), Vector3d(-0.015 + depth, 0.0, 0.0)}).F.norm();
+  };
+  EXPECT_GT(least, 0.0);
+  EXPECT_LE(most - least, force_at(1.01e-4) - force_at(0.99e-4));
 }
 
 TEST(CylinderIntegralsTest, AboveThePlaneNothingActs) {

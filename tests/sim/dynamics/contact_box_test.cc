@@ -57,6 +57,12 @@ SimulationOptions MakeStepOptions(double step, double duration) {
   return options;
 }
 
+// A half-space, or a bar of as many cells.
+ContactGeometry MakeFloor(double length, double width, double height, int cells_along, int cells_up) {
+  if (cells_along == 0) return HalfSpaceGeometry{};
+  return test::MakeMesh(test::MakeBar(length, width, height, cells_along, cells_up));
+}
+
 // A cube of water's density on the half-space or a mesh; gravity tilted by `angle`, so that x is downhill.
 struct Incline {
   double size;
@@ -73,11 +79,8 @@ struct Incline {
     // Where it will rest, so that it does not rock first.
     const double sag = mass * kGravity * std::cos(angle) / (1e8 * size * size);
     cube = scene.AddFreeBox(Vector3d::Constant(size), mass, Vector3d(0.0, 0.0, 0.5 * size - sag));
-    ContactGeometry surface = HalfSpaceGeometry{};
-    if (on_mesh) {
-      surface = test::MakeMesh(test::MakeBar(0.2 + 2.0 * size, size, c, 12, 6));
-    }
-    scene.Touch(cube, box, floor, surface, {1e8, 2.0, friction, 0.0, 1e-3, 2e-5});
+    scene.Touch(cube, box, floor, MakeFloor(0.2 + 2.0 * size, size, c, on_mesh ? 12 : 0, 6),
+                {1e8, 2.0, friction, 0.0, 1e-3, 2e-5});
   }
 };
 
@@ -135,9 +138,7 @@ TEST(BoxOnMesh, StiffnessDoesNotHangOnTheTriangulation) {
       const Vector3d up = q.conjugate() * Vector3d::UnitZ();
       const double reach = box.half.dot(up.cwiseAbs());
       const int body = scene.AddFreeBox(2.0 * box.half, 0.01, Vector3d(0.0013, 0.0021, reach - 2e-5), q);
-      ContactGeometry surface = HalfSpaceGeometry{};
-      if (cells > 0) surface = test::MakeMesh(test::MakeBar(0.04, 0.02, c, cells, cells));
-      scene.Touch(body, box, floor, surface, {1e8, 0.0, 0.0, 0.0, 1e-3, 0.0});
+      scene.Touch(body, box, floor, MakeFloor(0.04, 0.02, c, cells, cells), {1e8, 0.0, 0.0, 0.0, 1e-3, 0.0});
       Dynamics dynamics(scene.tree);
       ContactModel contacts(scene.contacts);
       dynamics.CalcKinematics(scene.q0(), scene.v0(), VectorXd::Zero(6), 0.0);

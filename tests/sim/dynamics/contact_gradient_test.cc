@@ -11,6 +11,7 @@
 #include "sim/gradient/adjoint.h"
 #include "sim/math/so3.h"
 #include "tests/sim/contact/convex_meshes.h"
+#include "tests/sim/contact/designed_meshes.h"
 #include "tests/sim/dynamics/pair_scene.h"
 #include "tests/sim/dynamics/slope_comparison.h"
 
@@ -21,6 +22,7 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 using test::MakeBox;
+using test::MakeDesigned;
 using test::PairScene;
 using test::SlopeComparison;
 
@@ -119,6 +121,12 @@ std::vector<Case> MakeCases() {
        flat(OnFloor(kAskewCapsule, kAskewHalfSpace, kBristle, 0.012, Turn(0.3, 0.1, 0), askew_floor))},
       {"AskewCylinderOnAskewHalfSpace",
        flat(OnFloor(kAskewCylinder, kAskewHalfSpace, kBristle, 0.0105, Turn(0.3, 0.1, 0), askew_floor))},
+      {"AskewCylinderAndSphere", flat(Collide(kAskewCylinder, kSphere, 0.0145, kBristle))},
+      {"CapsuleAndAskewCylinder", flat(Collide(kCapsule, kAskewCylinder, 0.0235, kBristle))},
+      {"TwoAskewCylinders", flat(Collide(kAskewCylinder, kAskewCylinder, 0.0145, kBristle))},
+      {"TwoMovingMeshes",
+       [=](const TriangleMesh& mesh) { return Collide(MakeDesigned(mesh), MakeDesigned(mesh), 0.043, kBristle); },
+       true},
       {"AskewBoxOnMesh", mesh_case(kAskewBox, 0.0145, Turn(0.2, 0.1, 0.3), kBristle), true},
       {"AskewCapsuleAndAskewBox", flat(Collide(kAskewBox, kAskewCapsule, 0.019, kBristle))},
       {"AskewCylinderAndAskewBox", flat(Collide(kAskewBox, kAskewCylinder, 0.019, kBristle))},
@@ -204,7 +212,11 @@ TEST_P(ContactGradientTest, EqualsDifferences) {
   EXPECT_EQ(poses.Compare(1e-5, nullptr), "");
   EXPECT_EQ(rates.Compare(1e-5, nullptr), "");
   if (!test.has_mesh) return;
-  const Eigen::Matrix3Xd& bar = gradient.vertices[0];
+  // Where both are the mesh it moves both.
+  Eigen::Matrix3Xd bar = Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(mesh.vertices.size()));
+  for (const Eigen::Matrix3Xd& of_shape : gradient.vertices[0]) {
+    if (of_shape.cols() > 0) bar += of_shape;
+  }
   const double largest = bar.cwiseAbs().maxCoeff();
   EXPECT_GT(largest, 1e-6);
   std::mt19937_64 generator(3);
@@ -227,7 +239,8 @@ TEST_P(ContactGradientTest, EqualsDifferences) {
       PairScene s = scene;
       for (ContactGeometry& g : s.contacts[0].shapes) {
         const auto* designed = std::get_if<MeshGeometry>(&g);
-        if (designed != nullptr && designed->IsDesigned()) g = test::MakeMesh(shape);
+        if (designed == nullptr || !designed->IsDesigned()) continue;
+        g = designed->pieces ? MakeDesigned(shape, designed->pieces->faces) : test::MakeMesh(shape);
       }
       return run(s, zero, zero, nullptr);
     };

@@ -21,7 +21,7 @@ using test::PairScene;
 
 constexpr double kPi = std::numbers::pi;
 
-enum class Ground { kHalfSpace, kBox, kMesh };
+enum class Ground { kHalfSpace, kBox, kMesh, kCylinder };
 
 TriangleMesh MakePlate() {
   TriangleMesh mesh;
@@ -33,6 +33,20 @@ TriangleMesh MakePlate() {
   mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
                     {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
   return mesh;
+}
+
+ContactGeometry MakeGround(Ground stand) {
+  switch (stand) {
+    case Ground::kHalfSpace:
+      return HalfSpaceGeometry{};
+    case Ground::kBox:
+      return BoxGeometry{{0.05, 0.05, 0.01}, {0.0, 0.0, -0.01}};
+    case Ground::kMesh:
+      return MakeMesh(MakePlate());
+    case Ground::kCylinder:
+      return CylinderGeometry{0.05, 0.01, {0.0, 0.0, -0.01}};
+  }
+  return HalfSpaceGeometry{};
 }
 
 // A cylinder along its own z on a fixed stand whose top is z = 0.
@@ -48,10 +62,7 @@ struct CylinderOnStand {
     const double across = mass * (shape.half_length * shape.half_length / 3.0 + r2 / 4.0);
     const int base = scene.AddFixed();
     cylinder = scene.AddFree(mass, {across, across, 0.5 * mass * r2}, p, Quaterniond(R), velocity, w);
-    ContactGeometry ground = HalfSpaceGeometry{};
-    if (stand == Ground::kBox) ground = BoxGeometry{{0.05, 0.05, 0.01}, {0.0, 0.0, -0.01}};
-    if (stand == Ground::kMesh) ground = MakeMesh(MakePlate());
-    scene.Touch(cylinder, shape, base, ground, material);
+    scene.Touch(cylinder, shape, base, MakeGround(stand), material);
   }
 
   std::vector<BodyKinematics> Simulate(double step, double duration) {
@@ -143,7 +154,8 @@ TEST_P(CylinderTest, ARollerRollsWithTwoThirds) {
     highest = std::max(highest, path[k].X_WB.p.z());
     lowest = std::min(lowest, path[k].X_WB.p.z());
   }
-  EXPECT_LE(highest - lowest, 1e-7) << "no bumps";
+  // On a cylinder it is a prism, pressed in by 15 µm.
+  EXPECT_LE(highest - lowest, GetParam() == Ground::kCylinder ? 3e-7 : 1e-7) << "no bumps";
 }
 
 // A can whose centre of mass stands just within or beyond the line over its rim falls back or over.
@@ -167,7 +179,8 @@ TEST_P(CylinderTest, ACanTipsOverItsRim) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Stands, CylinderTest, testing::Values(Ground::kHalfSpace, Ground::kBox, Ground::kMesh));
+INSTANTIATE_TEST_SUITE_P(Stands, CylinderTest,
+                         testing::Values(Ground::kHalfSpace, Ground::kBox, Ground::kMesh, Ground::kCylinder));
 
 }  // namespace
 }  // namespace knap

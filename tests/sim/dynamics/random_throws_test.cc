@@ -9,6 +9,7 @@
 #include <random>
 #include <string>
 
+#include "tests/sim/contact/designed_meshes.h"
 #include "tests/sim/dynamics/pair_scene.h"
 
 namespace knap {
@@ -54,6 +55,8 @@ struct Thing {
   std::function<double(const Vector3d&)> depth;
 };
 
+constexpr int kKinds = 5;
+
 Thing MakeThing(int kind, Random* random) {
   const double size = random->LogUniform(1e-3, 50e-3);
   if (kind == 0) {
@@ -78,6 +81,17 @@ Thing MakeThing(int kind, Random* random) {
               return r - Vector3d(x.x(), x.y(), x.z() - std::clamp(x.z(), -half, half)).norm();
             }};
   }
+  if (kind == 2) {
+    const double r = 0.5 * size;
+    const double half = r * random->Uniform(0.1, 4.0);
+    const double across = r * r / 4.0 + half * half / 3.0;
+    return {"cylinder",
+            CylinderGeometry{r, half},
+            std::hypot(r, half),
+            2.0 * std::numbers::pi * r * r * half,
+            {across, across, 0.5 * r * r},
+            [r, half](const Vector3d& x) { return std::min(r - x.head<2>().norm(), half - std::abs(x.z())); }};
+  }
   const Vector3d half = 0.5 * size * Vector3d(1.0, random->Uniform(0.3, 1.0), random->Uniform(0.3, 1.0));
   const Vector3d s2 = 4.0 * half.cwiseAbs2();
   Thing box{"box",
@@ -88,7 +102,7 @@ Thing MakeThing(int kind, Random* random) {
             [half](const Vector3d& x) { return (half - x.cwiseAbs()).minCoeff(); }};
   if (kind == 3) {
     box.name = "mesh";
-    box.shape = test::MakeMesh(MakeMeshBox(half));
+    box.shape = test::MakeDesigned(MakeMeshBox(half));
   }
   return box;
 }
@@ -104,10 +118,8 @@ struct Throw {
 
 Throw ThrowOne(unsigned seed) {
   Random random(seed);
-  const int kind = static_cast<int>(random.Uniform(0.0, 3.0));
-  // Of two meshes neither has a field.
-  const Thing thing = MakeThing(kind, &random);
-  const Thing target = MakeThing(static_cast<int>(random.Uniform(0.0, 4.0)), &random);
+  const Thing thing = MakeThing(static_cast<int>(random.Uniform(0.0, kKinds)), &random);
+  const Thing target = MakeThing(static_cast<int>(random.Uniform(0.0, kKinds)), &random);
   const double speed = random.LogUniform(0.05, 20.0);
   ContactMaterial material;
   material.stiffness = random.LogUniform(1e8, 1e10);

@@ -160,7 +160,7 @@ std::vector<WorldDirection> MakeDirections(RandomTree* random, const World& worl
         [i, by_held](World* w, double s) { w->grips[i].p_BP += s * by_held; });
   }
   for (std::size_t m = 0; m < world.meshes.size(); ++m) {
-    const Matrix3Xd& bar = g.vertices[world.meshes[m].contact];
+    const Matrix3Xd& bar = g.vertices[world.meshes[m].contact][world.meshes[m].side];
     const Matrix3Xd dm = Matrix3Xd::NullaryExpr(3, bar.cols(), [&] { return random->U(); }).normalized();
     add("mesh vertices", bar.cwiseProduct(dm).sum(), [m, dm](World* w, double s) {
       for (Eigen::Index i = 0; i < dm.cols(); ++i)

@@ -150,7 +150,7 @@ TEST_P(OrderTest, BallAgainstAMovingMeshFollowsItsVertices) {
     const Trajectory t = Simulator(&dynamics, &contacts).Run(scene.q0, scene.v0, options);
     EXPECT_TRUE(t.certificate.converged);
     EXPECT_GE(t.certificate.contact_onsets, 1);
-    if (bar != nullptr) *bar = SweepAdjoint(t, loss.Cotangents(t), &dynamics, &contacts).vertices[1];
+    if (bar != nullptr) *bar = SweepAdjoint(t, loss.Cotangents(t), &dynamics, &contacts).vertices[1][1];
     return loss.Evaluate(t, &dynamics);
   };
   Eigen::Matrix3Xd bar;

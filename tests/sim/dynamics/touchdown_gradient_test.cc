@@ -60,7 +60,7 @@ Bounce BounceOff(double speed, double flight, double damping, TimeNodes nodes) {
   const TrajectoryGradient g =
       SweepAdjoint(t, {{last, scene.ball, Vector3d::UnitY(), Vector3d::Zero()}}, &dynamics, &contacts, nullptr, nodes);
   EXPECT_TRUE(g.finite && g.solvable);
-  out.by_wall = g.vertices[0].row(1).sum();
+  out.by_wall = g.vertices[0][1].row(1).sum();
   out.by_start = g.pose0(1);
   out.touchdowns = g.touchdowns;
   return out;

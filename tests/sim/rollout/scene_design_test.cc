@@ -186,7 +186,7 @@ TEST(SceneDesign, MassAndInertiaAreThoseOfTheMesh) {
     EXPECT_LT((M.topLeftCorner<3, 3>() - expected.inertia).norm(), 1e-12 * expected.inertia.norm());
     EXPECT_NEAR(M(1, 3), expected.first_moment.z(), 1e-16);
     EXPECT_NEAR(M(2, 4), expected.first_moment.x(), 1e-14);
-    EXPECT_NE(shapes.at(name).contact != nullptr, std::string(name) == "arm");  // nothing touches the arm
+    EXPECT_NE(shapes.at(name).contact.mesh != nullptr, std::string(name) == "arm");  // nothing touches the arm
   }
 }
 

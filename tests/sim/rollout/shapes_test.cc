@@ -260,6 +260,77 @@ contacts: [{bodies: [tool, floor], stiffness: 1e8 N/m^3, damping: 5 s/m, frictio
   }
 }
 
+// A designed angle falls with its inner corner over a designed box, and both shapes count.
+TEST(Shapes, GradientOfTwoDesignedMeshesOnOneAnother) {
+  const std::string text = R"(schema: 2
+name: two_designed
+bodies:
+  - {name: stand, joint: {type: fixed}, shapes: [{type: designed_mesh}]}
+  - name: tool
+    joint: {type: free}
+    shapes: [{type: designed_mesh}]
+    inertia: {type: density, density: 1 g/cm^3}
+    initial: {position: [0 mm, 0 mm, 4.5 mm], orientation_rpy: [5 deg, 4 deg, 1 deg]}
+contacts: [{bodies: [tool, stand], stiffness: 1e8 N/m^3, damping: 5 s/m, friction: 0.3, stick_distance: 20 um}]
+design:
+  parameters:
+    - {name: width, initial: 30 mm, lower: 20 mm, upper: 40 mm}
+    - {name: slant, initial: 0 mm, lower: -1 mm, upper: 1 mm}
+    - {name: top, initial: 0 mm, lower: -1 mm, upper: 1 mm}
+  bodies:
+    - name: tool
+      mesh: angle.obj
+      cage: around_angle.obj
+      mesh_unit: 1 mm
+      vertex_groups:
+        - {name: right, vertices: [1, 3, 5, 7]}
+        - {name: lower_right, vertices: [1, 3]}
+      moves:
+        - {parameter: width, group: right, direction: [1, 0, 0]}
+        - {parameter: slant, group: lower_right, direction: [0, 0, 1]}
+    - name: stand
+      mesh: box.obj
+      cage: around_box.obj
+      mesh_unit: 1 mm
+      vertex_groups: [{name: end, vertices: [5, 7]}]
+      moves: [{parameter: top, group: end, direction: [0, 0, 1]}]
+rollout: {horizon: 60 ms, step: 1 ms, integrator: bdf2, newton_tolerance: 1e-12}
+signals:
+  - {name: off, type: distance, body: tool, point: [6 mm, 1 mm, 0 mm], targets: [{position: [0 m, 0 m, 0 m]}]}
+  - {name: press, type: depth, bodies: [tool, stand]}
+loss: {task: [{signals: [off], shape: absolute}, {signals: [press], shape: absolute, weight: 100}]}
+)";
+  const Vector3d middle(0.015, 0.02, 0.004);
+  const Files files = {
+      {kScenarioFileName, text},
+      {"angle.obj", WriteObj(MakeAngle(), 1e-3)},
+      {"around_angle.obj", WriteObj(test::MakeBoxMesh({0.016, 0.021, 0.005}, middle), 1e-3)},
+      {"box.obj", WriteObj(test::MakeBoxMesh({0.03, 0.03, 0.002}, {0.01, 0.01, -0.002}), 1e-3)},
+      {"around_box.obj", WriteObj(test::MakeBoxMesh({0.031, 0.031, 0.003}, {0.01, 0.01, -0.002}), 1e-3)}};
+  RolloutModel model(files);
+  const std::vector<double> volumes = model.design()->CalcPieceVolumes("tool");
+  ASSERT_EQ(volumes.size(), 2u);
+  EXPECT_NEAR(volumes[0] + volumes[1], 600.0 * 8.0 * 1e-9, 1e-15);
+  EXPECT_EQ(model.design()->CalcPieceVolumes("stand").size(), 1u);
+  RolloutInput input;
+  input.theta = Eigen::Vector3d(0.0303, 0.0002, 0.0001);
+  input.want_gradient = true;
+  const RolloutOutput out = model.Run(input, {});
+  ASSERT_TRUE(out.certificate.converged);
+  EXPECT_GT(out.certificate.contact_onsets, 0);
+  const auto calc_loss = [&](const VectorXd& theta) {
+    RolloutInput moved;
+    moved.theta = theta;
+    return model.Run(moved, {}).loss;
+  };
+  ASSERT_EQ(out.gradient.size(), 3);
+  for (int i = 0; i < 3; ++i) {
+    const double difference = test::CalcDifference(calc_loss, input.theta, i, 3e-8);
+    EXPECT_GT(std::abs(difference), 1e-7);
+    EXPECT_NEAR(out.gradient(i), difference, 1e-4 * std::abs(difference)) << "parameter " << i;
+  }
+}
+
 std::string FindErrors(const std::string& shapes, const std::string& others, const std::string& inertia) {
   const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "knap_shapes";
   std::filesystem::create_directories(folder);
@@ -288,10 +359,10 @@ TEST(Shapes, RefusesByName) {
       FindErrors("{type: sphere, radius: 1 mm}, {type: half_space}", "{type: box, size: [1 mm, 1 mm, 1 mm]}", solid),
       HasSubstr("bodies.thing.inertia.type: value 'solid': needs shapes with a volume (sphere, capsule, "
                 "cylinder, box, designed_mesh or mesh) and no other"));
-  EXPECT_THAT(FindErrors("{type: sphere, radius: 1 mm}, {type: cylinder, radius: 1 mm, length: 1 mm}",
-                         half_space + ", {type: sphere, radius: 1 mm}", solid),
-              HasSubstr("contacts[0].bodies: cylinder and sphere do not touch; a cylinder touches half_space, box, "
-                        "mesh, designed_mesh"));
+  EXPECT_THAT(FindErrors(half_space, half_space + ", {type: sphere, radius: 1 mm}",
+                         "{type: explicit, mass: 1 g, moments: [1 kg*m^2, 1 kg*m^2, 1 kg*m^2]}"),
+              HasSubstr("contacts[0].bodies: half_space and half_space do not touch; a half_space touches sphere, "
+                        "capsule, cylinder, box, mesh, designed_mesh"));
   EXPECT_THAT(FindErrors("", half_space, "{type: explicit, mass: 1 g, moments: [1 kg*m^2, 1 kg*m^2, 1 kg*m^2]}"),
               HasSubstr("this body has no shape to touch with"));
 }
