@@ -23,7 +23,7 @@ TEST(DescribeSceneFormat, TellsUnitsRangesAndDefaults) {
       text, HasSubstr("| `batch` | integer, from 1 to 1e+06 | 5 | M: variations in a batch; 1 where nothing varies |"));
   EXPECT_THAT(text, HasSubstr("| `gravity` | list of 3: number in m/s^2 | [0 m/s^2, 0 m/s^2, -9.81 m/s^2] |"));
   EXPECT_THAT(text, HasSubstr("## `bodies[].initial`: state of a ball joint at time 0\n"));
-  EXPECT_THAT(text, HasSubstr("| **cylinder** | yes | – | – | – | yes | yes | yes |"));
+  EXPECT_THAT(text, HasSubstr("| **half_space** | – | yes | yes | yes | yes | yes | yes |"));
   EXPECT_THAT(text, HasSubstr("| `integrator` | one of tr_bdf2, bdf1, bdf2 | tr_bdf2 |"));
 }
 
