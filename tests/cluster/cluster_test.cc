@@ -24,7 +24,7 @@
 #include "tests/worker/closed_form_engine.h"
 
 namespace knap {
-namespace {
+namespace cluster_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -359,5 +359,5 @@ TEST(WorkerProgramTest, BadUsageExitsWithTwo) {
   EXPECT_EQ(HandWorker({"--lcm-url", "udpm://1.2.3.4:5"}).WaitForExitCode(), 2);
 }
 
-}  // namespace
+}  // namespace cluster_test
 }  // namespace knap

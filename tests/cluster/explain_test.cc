@@ -21,7 +21,7 @@
 #include "tests/support/wait_for.h"
 
 namespace knap {
-namespace {
+namespace explain_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -180,5 +180,5 @@ TEST_F(ExplainProgramTest, WhatItCannotExplainIsOneLine) {
   expect_line({"explain", "run"}, AllOf(HasSubstr("run: "), HasSubstr("rollouts.csv is missing")));
 }
 
-}  // namespace
+}  // namespace explain_test
 }  // namespace knap

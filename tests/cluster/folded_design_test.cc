@@ -16,7 +16,7 @@
 #include "tests/cluster/run_files.h"
 
 namespace knap {
-namespace {
+namespace folded_design_test {
 
 namespace fs = std::filesystem;
 using ::testing::AllOf;
@@ -68,5 +68,5 @@ TEST_F(FoldedDesignTest, ValidateWarnsOfItAndRolloutNamesIt) {
   EXPECT_THAT(json["certificate"]["failure"].get<std::string>(), HasSubstr("inside out"));
 }
 
-}  // namespace
+}  // namespace folded_design_test
 }  // namespace knap

@@ -21,7 +21,7 @@
 #include "tests/worker/bowl_engine.h"
 
 namespace knap {
-namespace {
+namespace foreign_worker_test {
 
 using ::testing::Each;
 using ::testing::HasSubstr;
@@ -240,5 +240,5 @@ std::vector<std::string> ListLanguages() {
 INSTANTIATE_TEST_SUITE_P(Languages, ForeignWorkerTest, ::testing::ValuesIn(ListLanguages()),
                          [](const auto& tested) { return tested.param; });
 
-}  // namespace
+}  // namespace foreign_worker_test
 }  // namespace knap

@@ -17,7 +17,7 @@
 #include "tests/cluster/run_files.h"
 
 namespace knap {
-namespace {
+namespace hostile_ends_test {
 
 namespace fs = std::filesystem;
 using ::testing::AllOf;
@@ -243,5 +243,5 @@ TEST_F(HostileEndsTest, ADamagedJournalIsRepairedAndResumed) {
   EXPECT_EQ(none.code, 2);
 }
 
-}  // namespace
+}  // namespace hostile_ends_test
 }  // namespace knap

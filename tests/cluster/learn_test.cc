@@ -26,7 +26,7 @@
 #include "tests/support/wait_for.h"
 
 namespace knap {
-namespace {
+namespace learn_test {
 
 namespace fs = std::filesystem;
 using ::testing::AllOf;
@@ -398,5 +398,5 @@ TEST_F(LearnTest, AnotherBuildDoesNotResume) {
   EXPECT_EQ(resume(KNAP_PROGRAM).code, 0);
 }
 
-}  // namespace
+}  // namespace learn_test
 }  // namespace knap

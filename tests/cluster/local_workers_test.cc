@@ -20,7 +20,7 @@
 #include "tests/support/wait_for.h"
 
 namespace knap {
-namespace {
+namespace local_workers_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -134,5 +134,5 @@ TEST(LocalWorkersTest, WorkersDieWithTheirParent) {
   close(line[1]);
 }
 
-}  // namespace
+}  // namespace local_workers_test
 }  // namespace knap

@@ -19,7 +19,7 @@
 #include "tests/cluster/child_process.h"
 
 namespace knap {
-namespace {
+namespace own_mesh_test {
 
 namespace fs = std::filesystem;
 using ::testing::AllOf;
@@ -180,5 +180,5 @@ TEST_F(OwnMeshTest, ACageIsMadeThatScenariosTake) {
   EXPECT_THAT(open.err, HasSubstr("open.obj: must be closed and face outwards; it has 3 open edges"));
 }
 
-}  // namespace
+}  // namespace own_mesh_test
 }  // namespace knap

@@ -12,7 +12,7 @@
 #include "tests/cluster/run_files.h"
 
 namespace knap {
-namespace {
+namespace policy_test {
 
 namespace fs = std::filesystem;
 
@@ -100,5 +100,5 @@ TEST_F(PolicyTest, GradientsAgreeWithDifferences) {
   EXPECT_LE(report["max_rel_error"].get<double>(), 1e-7);
 }
 
-}  // namespace
+}  // namespace policy_test
 }  // namespace knap

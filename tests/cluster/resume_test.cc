@@ -19,7 +19,7 @@
 #include "tests/support/wait_for.h"
 
 namespace knap {
-namespace {
+namespace resume_test {
 
 namespace fs = std::filesystem;
 using ::testing::AllOf;
@@ -132,5 +132,5 @@ TEST_F(ResumeTest, WorkersOfAnotherBuildGetNoWork) {
   EXPECT_THAT(ended.err, AllOf(HasSubstr("refused worker stale on "), HasSubstr("build")));
 }
 
-}  // namespace
+}  // namespace resume_test
 }  // namespace knap

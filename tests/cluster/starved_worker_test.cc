@@ -19,7 +19,7 @@
 #include "tests/worker/closed_form_engine.h"
 
 namespace knap {
-namespace {
+namespace starved_worker_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -165,5 +165,5 @@ TEST(StarvedLearnTest, AWorkerOutOfProcessorTimeLeavesAndTheOthersEndWithTheSame
   EXPECT_EQ(second->Wait(), 0);
 }
 
-}  // namespace
+}  // namespace starved_worker_test
 }  // namespace knap

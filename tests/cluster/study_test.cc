@@ -14,7 +14,7 @@
 #include "tests/support/wait_for.h"
 
 namespace knap {
-namespace {
+namespace study_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -97,5 +97,5 @@ TEST_F(StudyTest, BadUsageIsNamed) {
   expect({"study", "--resume", "."}, "config.yaml");
 }
 
-}  // namespace
+}  // namespace study_test
 }  // namespace knap

@@ -15,7 +15,7 @@
 #include "tests/support/wait_for.h"
 
 namespace knap {
-namespace {
+namespace train_policy_test {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
@@ -129,5 +129,5 @@ TEST_F(TrainPolicyTest, BadUsageIsNamed) {
   EXPECT_THAT(err_, HasSubstr("none of 6 demonstrations succeeded"));
 }
 
-}  // namespace
+}  // namespace train_policy_test
 }  // namespace knap

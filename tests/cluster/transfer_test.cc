@@ -19,7 +19,7 @@
 #include "tests/support/wait_for.h"
 
 namespace knap {
-namespace {
+namespace transfer_test {
 
 using ::testing::AllOf;
 using ::testing::Contains;
@@ -155,5 +155,5 @@ TEST_F(TransferTest, AGradientIsRefusedByName) {
   worker.Signal(SIGTERM);
 }
 
-}  // namespace
+}  // namespace transfer_test
 }  // namespace knap

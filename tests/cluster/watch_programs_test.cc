@@ -20,7 +20,7 @@
 #include "tests/support/wait_for.h"
 
 namespace knap {
-namespace {
+namespace watch_programs_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -188,5 +188,5 @@ TEST_F(WatchTest, RecordingTellsTheJournalOfItsRunAlone) {
   EXPECT_EQ(Run({"verify-log", "run.log", "nowhere"}).code, 2);
 }
 
-}  // namespace
+}  // namespace watch_programs_test
 }  // namespace knap

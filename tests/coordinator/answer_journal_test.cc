@@ -13,7 +13,7 @@
 #include "tests/coordinator/simulated_cluster.h"
 
 namespace knap {
-namespace {
+namespace answer_journal_test {
 
 JournaledAnswer MakeAnswer(std::uint8_t number) {
   JournaledAnswer answer;
@@ -107,5 +107,5 @@ TEST(AnswerJournalTest, KnownAndNewAnswersComeInTheOrderOfTheQueries) {
   EXPECT_EQ(journaled, 5u);
 }
 
-}  // namespace
+}  // namespace answer_journal_test
 }  // namespace knap

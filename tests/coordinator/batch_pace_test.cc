@@ -5,7 +5,7 @@
 #include "lcmtypes/wire/channels.h"
 
 namespace knap {
-namespace {
+namespace batch_pace_test {
 
 TEST(BatchPaceTest, StragglesAfterThreeQuartersAndOneAndAHalfMedians) {
   BatchPace pace;
@@ -38,5 +38,5 @@ TEST(BatchPaceTest, CreditsAreWorthTwentyMilliseconds) {
   EXPECT_EQ(pace.CalcCredits(2), kMaxQueue);
 }
 
-}  // namespace
+}  // namespace batch_pace_test
 }  // namespace knap

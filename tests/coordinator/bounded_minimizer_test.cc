@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 namespace knap {
-namespace {
+namespace bounded_minimizer_test {
 
 using Vector = std::vector<double>;
 using Function = std::function<ObjectiveValue(const Vector&)>;
@@ -332,5 +332,5 @@ TEST(BoundedMinimizerTest, BadInputIsNamed) {
   EXPECT_THROW(Minimize(f, problem, {}), std::invalid_argument);  // the gradient has two values
 }
 
-}  // namespace
+}  // namespace bounded_minimizer_test
 }  // namespace knap

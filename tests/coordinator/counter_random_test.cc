@@ -9,7 +9,7 @@
 #include <stdexcept>
 
 namespace knap {
-namespace {
+namespace counter_random_test {
 
 // The known answers that the authors of Philox publish with Random123 (kat_vectors, "philox4x32 10").
 TEST(CounterRandomTest, PhiloxGivesThePublishedAnswers) {
@@ -170,5 +170,5 @@ TEST(CounterRandomTest, DrawBelowCoversItsRangeEvenly) {
   EXPECT_THROW(random.DrawBelow(0), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace counter_random_test
 }  // namespace knap

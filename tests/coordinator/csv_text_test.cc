@@ -6,7 +6,7 @@
 #include <cmath>
 
 namespace knap {
-namespace {
+namespace csv_text_test {
 
 using ::testing::ElementsAre;
 
@@ -35,5 +35,5 @@ TEST(CsvText, TablesLeaveOutHalfARecord) {
   EXPECT_EQ(CsvTable("").size(), 0U);
 }
 
-}  // namespace
+}  // namespace csv_text_test
 }  // namespace knap

@@ -7,7 +7,7 @@
 #include <vector>
 
 namespace knap {
-namespace {
+namespace dimension_selection_test {
 
 using Indices = std::vector<std::size_t>;
 const double kDecay = std::exp(-1.0);
@@ -78,5 +78,5 @@ TEST(DimensionSelectionTest, RefusesAGradientOfAnotherLength) {
   EXPECT_THROW(selection.Choose(std::vector<double>{1, 2}), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace dimension_selection_test
 }  // namespace knap

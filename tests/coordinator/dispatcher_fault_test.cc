@@ -7,7 +7,7 @@
 #include "tests/coordinator/simulated_cluster.h"
 
 namespace knap {
-namespace {
+namespace dispatcher_fault_test {
 
 constexpr int kSchedules = 300;
 constexpr double kTimeLimitS = 600.0;  // simulated; the work itself takes a few seconds
@@ -121,5 +121,5 @@ TEST(DispatcherFaultTest, LargeRequestsNeedOnlyTheirMissingParts) {
   EXPECT_LT(cluster.now_s(), 10.0);
 }
 
-}  // namespace
+}  // namespace dispatcher_fault_test
 }  // namespace knap

@@ -7,7 +7,7 @@
 #include "tests/coordinator/simulated_cluster.h"
 
 namespace knap {
-namespace {
+namespace dispatcher_lack_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -78,5 +78,5 @@ TEST(DispatcherLackTest, WhatNeverArrivedDidNotGetStuck) {
   EXPECT_GE(cluster.dispatcher->counters().workers_stalled, 3);
 }
 
-}  // namespace
+}  // namespace dispatcher_lack_test
 }  // namespace knap

@@ -14,7 +14,7 @@
 #include "tests/support/catch_line.h"
 
 namespace knap {
-namespace {
+namespace dispatcher_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -421,5 +421,5 @@ TEST(DispatcherTest, OptionsAreChecked) {
               HasSubstr("credits is 17; 1 to 16 is allowed"));
 }
 
-}  // namespace
+}  // namespace dispatcher_test
 }  // namespace knap

@@ -10,7 +10,7 @@
 #include "tests/coordinator/simulated_cluster.h"
 
 namespace knap {
-namespace {
+namespace dispatcher_trouble_test {
 
 class DispatcherTroubleTest : public ::testing::Test {
  protected:
@@ -179,5 +179,5 @@ TEST_F(DispatcherTroubleTest, WhatIsOpenWhenTheCallEndsIsTold) {
   EXPECT_EQ(waiting.size(), 3u);
 }
 
-}  // namespace
+}  // namespace dispatcher_trouble_test
 }  // namespace knap

@@ -9,7 +9,7 @@
 #include "tests/support/catch_line.h"
 
 namespace knap {
-namespace {
+namespace dispatcher_trust_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -110,5 +110,5 @@ TEST(DispatcherTrustTest, TwoDifferentAnswersStopTheRun) {
               AllOf(HasSubstr("disagree"), HasSubstr("worker second"), HasSubstr("worker first"), HasSubstr("loss")));
 }
 
-}  // namespace
+}  // namespace dispatcher_trust_test
 }  // namespace knap

@@ -10,7 +10,7 @@
 #include <vector>
 
 namespace knap {
-namespace {
+namespace evaluation_test {
 
 RolloutOutcome MakeOutcome(double loss, bool success, bool converged = true) {
   RolloutOutcome outcome;
@@ -173,5 +173,5 @@ TEST(EvaluationTest, SeedsAreSummarized) {
   EXPECT_NEAR(spread.success_rate.standard_deviation, 0.0, 1e-15);
 }
 
-}  // namespace
+}  // namespace evaluation_test
 }  // namespace knap

@@ -8,7 +8,7 @@
 #include <random>
 
 namespace knap {
-namespace {
+namespace exact_functions_test {
 
 TEST(ExactFunctions, EqualTheLibrarysToRounding) {
   std::mt19937_64 random(3);
@@ -35,5 +35,5 @@ TEST(ExactFunctions, AreExactWhereItMatters) {
   EXPECT_DOUBLE_EQ(CalcArcTangent(0.0, -1.0), std::numbers::pi);
 }
 
-}  // namespace
+}  // namespace exact_functions_test
 }  // namespace knap

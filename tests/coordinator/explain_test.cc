@@ -19,7 +19,7 @@
 #include "lcmtypes/wire/codec.h"
 
 namespace knap {
-namespace {
+namespace explain_test {
 
 using ::testing::AllOf;
 using ::testing::ElementsAre;
@@ -369,5 +369,5 @@ TEST_F(ExplainTest, ALiveRunTellsWhoHasWhat) {
   EXPECT_FALSE(FindLiveRun(view, 5).has_value());
 }
 
-}  // namespace
+}  // namespace explain_test
 }  // namespace knap

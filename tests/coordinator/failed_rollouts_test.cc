@@ -16,7 +16,7 @@
 #include "worker/knap_engine.h"
 
 namespace knap {
-namespace {
+namespace failed_rollouts_test {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kSpins = 1e15, kRests = 0.0;  // [rad/s]
@@ -142,5 +142,5 @@ TEST(FailedRolloutsTest, ALandscapeCountsThemInTheirCell) {
   for (std::size_t k = 1; k < 4; ++k) EXPECT_EQ(landscape.cells[k].loss, kInfinity) << k;
 }
 
-}  // namespace
+}  // namespace failed_rollouts_test
 }  // namespace knap

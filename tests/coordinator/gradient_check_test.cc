@@ -12,7 +12,7 @@
 #include "coordinator/gradcheck/gradient_check_report.h"
 
 namespace knap {
-namespace {
+namespace gradient_check_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -351,5 +351,5 @@ TEST(DifferenceLadder, FindsTheWindowWithTheLeastError) {
   EXPECT_EQ(ladder.FindBestWindow(1.0, 2e-5).plateau_steps, 4);
 }
 
-}  // namespace
+}  // namespace gradient_check_test
 }  // namespace knap

@@ -18,7 +18,7 @@
 #include "tests/coordinator/closed_form_service.h"
 
 namespace knap {
-namespace {
+namespace imitation_test {
 
 using Eigen::VectorXd;
 using ::testing::HasSubstr;
@@ -230,5 +230,5 @@ TEST(Demonstrations, AnErrorOfTheServiceComesOut) {
               ThrowsMessage<std::invalid_argument>(HasSubstr("variations is 0")));
 }
 
-}  // namespace
+}  // namespace imitation_test
 }  // namespace knap

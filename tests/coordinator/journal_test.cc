@@ -16,7 +16,7 @@
 #include "coordinator/run_directory/temporary_folder.h"
 
 namespace knap {
-namespace {
+namespace journal_test {
 
 using testing::HasSubstr;
 
@@ -292,5 +292,5 @@ TEST(JournalTest, ARefusalNamesTheWayOn) {
   EXPECT_THAT(GetError(folder / "journal"), HasSubstr("knap repair " + folder.path().string()));
 }
 
-}  // namespace
+}  // namespace journal_test
 }  // namespace knap

@@ -13,7 +13,7 @@
 #include "coordinator/report/contour.h"
 
 namespace knap {
-namespace {
+namespace landscape_picture_test {
 
 using testing::AllOf;
 using testing::ElementsAre;
@@ -133,5 +133,5 @@ TEST(LandscapePictureTest, FlatAndEmptyLandscapes) {
   EXPECT_THROW(DrawLandscape(landscape, kSpec, {"t", "s", "initial", false}), std::runtime_error);
 }
 
-}  // namespace
+}  // namespace landscape_picture_test
 }  // namespace knap

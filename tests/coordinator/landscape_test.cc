@@ -14,7 +14,7 @@
 #include "tests/coordinator/closed_form_service.h"
 
 namespace knap {
-namespace {
+namespace landscape_test {
 
 using testing::ElementsAre;
 
@@ -112,5 +112,5 @@ TEST(LandscapeTest, PlansThatAreNoneAreRefused) {
   EXPECT_THROW(EvaluateLandscape(plan, service), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace landscape_test
 }  // namespace knap

@@ -5,7 +5,7 @@
 #include "coordinator/run/loaded_run.h"
 
 namespace knap {
-namespace {
+namespace loss_unit_test {
 
 Term MakeTerm(const std::string& signal, TermShape shape = TermShape::kSquare) {
   Term term;
@@ -55,5 +55,5 @@ TEST(LossUnitTest, OtherUnitsThanLengthsCountToo) {
   EXPECT_EQ(FormatLossUnit(scene), "");
 }
 
-}  // namespace
+}  // namespace loss_unit_test
 }  // namespace knap

@@ -11,7 +11,7 @@
 #include <thread>
 
 namespace knap {
-namespace {
+namespace page_server_test {
 
 TEST(PageServerTest, ReadsAddresses) {
   const ListenAddress here = ParseListenAddress("127.0.0.1:8080");
@@ -58,5 +58,5 @@ TEST(PageServerTest, EndsAfterTheAnswersThatHaveBegun) {
   EXPECT_EQ(answer.get(), report);
 }
 
-}  // namespace
+}  // namespace page_server_test
 }  // namespace knap

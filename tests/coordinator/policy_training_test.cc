@@ -15,7 +15,7 @@
 #include "sim/rollout/build_policy.h"
 
 namespace knap {
-namespace {
+namespace policy_training_test {
 
 using Eigen::VectorXd;
 using ::testing::HasSubstr;
@@ -93,5 +93,5 @@ TEST(PolicyTraining, TheOpenLoopKnowsNothingOfThePolicy) {
   EXPECT_EQ(MakeOpenLoopScenario(scenario).files, random.files);
 }
 
-}  // namespace
+}  // namespace policy_training_test
 }  // namespace knap

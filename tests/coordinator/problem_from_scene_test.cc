@@ -12,7 +12,7 @@
 #include "coordinator/run/loaded_run.h"
 #include "sim/scenarios/number_table.h"
 namespace knap {
-namespace {
+namespace problem_from_scene_test {
 
 Scene LoadPushing() { return LoadValidScenario(KNAP_SOURCE_DIR "/configs/pushing.yaml", {}).parsed.scene; }
 
@@ -149,5 +149,5 @@ TEST(NumberTableTest, ReadsColumnsByName) {
   EXPECT_EQ(refusal("a\n1\n2 mm\n"), "t.csv:3: column 'a': value '2 mm': expected a number");
 }
 
-}  // namespace
+}  // namespace problem_from_scene_test
 }  // namespace knap

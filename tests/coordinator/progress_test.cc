@@ -13,7 +13,7 @@
 #include <vector>
 
 namespace knap {
-namespace {
+namespace progress_test {
 
 using testing::HasSubstr;
 using testing::Not;
@@ -360,5 +360,5 @@ TEST(ProgressTest, ColourRespectsTheEnvironment) {
   close(terminal);
 }
 
-}  // namespace
+}  // namespace progress_test
 }  // namespace knap

@@ -12,7 +12,7 @@
 #include "tests/coordinator/request_book.h"
 
 namespace knap {
-namespace {
+namespace request_table_test {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -251,5 +251,5 @@ INSTANTIATE_TEST_SUITE_P(
         Damage{"ApartWithoutASuspect", [](RequestBook* b) { b->holdings[kAlice].alone = true; }, "no suspect"}),
     [](const auto& damage) { return std::string(damage.param.name); });
 
-}  // namespace
+}  // namespace request_table_test
 }  // namespace knap

@@ -7,7 +7,7 @@
 #include "coordinator/run/usage_error.h"
 
 namespace knap {
-namespace {
+namespace request_volume_test {
 
 TEST(RequestVolumeTest, AllowsWhatFitsIntoMemory) {
   EXPECT_NO_THROW(CheckRequestVolume("--grid", {1000.0, 1000.0, 10.0}, 25));
@@ -32,5 +32,5 @@ TEST(RequestVolumeTest, RefusesProductsThatOverflow) {
   EXPECT_NE(error({most, most, most}, 1), "");
 }
 
-}  // namespace
+}  // namespace request_volume_test
 }  // namespace knap

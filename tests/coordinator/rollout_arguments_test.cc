@@ -18,7 +18,7 @@
 #include "tests/sim/scenarios/sample_scenes.h"
 
 namespace knap {
-namespace {
+namespace rollout_arguments_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -146,5 +146,5 @@ TEST(ValidateCommand, TellsAllErrorsOfFormatModelAndOptimizer) {
   EXPECT_THROW(Validate({}), CLI::ParseError);
 }
 
-}  // namespace
+}  // namespace rollout_arguments_test
 }  // namespace knap

@@ -14,7 +14,7 @@
 #include "coordinator/run_directory/temporary_folder.h"
 
 namespace knap {
-namespace {
+namespace run_directory_test {
 
 namespace fs = std::filesystem;
 using testing::ElementsAre;
@@ -313,5 +313,5 @@ TEST(EarlierLifeTest, CountsWhatTheLogsSay) {
   EXPECT_EQ(ReadEarlierLife(run).worked_s, 4.5);
 }
 
-}  // namespace
+}  // namespace run_directory_test
 }  // namespace knap

@@ -12,7 +12,7 @@
 #include "coordinator/run_directory/temporary_folder.h"
 
 namespace knap {
-namespace {
+namespace run_history_test {
 
 using Json = nlohmann::ordered_json;
 
@@ -150,5 +150,5 @@ TEST(RunHistoryTest, AMissingFileIsNamed) {
   }
 }
 
-}  // namespace
+}  // namespace run_history_test
 }  // namespace knap

@@ -12,7 +12,7 @@
 #include "tests/coordinator/schedule_fixture.h"
 
 namespace knap {
-namespace {
+namespace schedule_test {
 
 TEST(ScheduleTest, EveryMethodFindsTheKnownOptimum) {
   for (const LearningMethod method :
@@ -370,5 +370,5 @@ TEST(ScheduleTest, OneFixedVariationIsOptimised) {
   EXPECT_EQ(result.rollouts, result.evaluations);
 }
 
-}  // namespace
+}  // namespace schedule_test
 }  // namespace knap

@@ -12,7 +12,7 @@
 #include "tests/coordinator/schedule_fixture.h"
 
 namespace knap {
-namespace {
+namespace schedule_trust_test {
 
 TEST(ScheduleTrustTest, OneBadBatchDoesNotThrowAwayWhatWasLearned) {
   const auto spoil_batch = [](const Problem& problem, std::uint64_t first) {
@@ -158,5 +158,5 @@ TEST(ScheduleTrustTest, FailuresOfTheServicePassThrough) {
   EXPECT_THROW(Learn(MakeProblem(), MakeOptions(), short_service, recorder), std::runtime_error);
 }
 
-}  // namespace
+}  // namespace schedule_trust_test
 }  // namespace knap

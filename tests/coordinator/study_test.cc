@@ -14,7 +14,7 @@
 #include "tests/coordinator/schedule_fixture.h"
 
 namespace knap {
-namespace {
+namespace study_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -189,5 +189,5 @@ TEST(SharedService, ARoundHoldsOneCallOfEveryMember) {
                                   ElementsAre(22, 22, 22)));
 }
 
-}  // namespace
+}  // namespace study_test
 }  // namespace knap

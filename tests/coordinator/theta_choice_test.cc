@@ -6,7 +6,7 @@
 #include "coordinator/run/usage_error.h"
 
 namespace knap {
-namespace {
+namespace theta_choice_test {
 
 const ParameterSpec kSpec{{"width", "depth"}, {0.01, -0.02}, {0.05, 0.02}, {0.03, 0.0}, {"m", "m"}};
 
@@ -63,5 +63,5 @@ TEST(ThetaChoiceTest, ErrorsSayWhatIsAllowed) {
   expect_error("random:many", "1 to");
 }
 
-}  // namespace
+}  // namespace theta_choice_test
 }  // namespace knap

@@ -9,7 +9,7 @@
 #include "sim/scenarios/csv_text.h"
 
 namespace knap {
-namespace {
+namespace trajectory_file_test {
 
 using Eigen::Vector3d;
 
@@ -68,5 +68,5 @@ TEST(TrajectoryFile, JsonHoldsTheSame) {
   EXPECT_EQ(json["contacts"][0]["force"][1][2], 2.0);
 }
 
-}  // namespace
+}  // namespace trajectory_file_test
 }  // namespace knap

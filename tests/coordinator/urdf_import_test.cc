@@ -17,7 +17,7 @@
 #include "sim/scenarios/parse_scene.h"
 
 namespace knap {
-namespace {
+namespace urdf_import_test {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -241,5 +241,5 @@ TEST(UrdfImport, RefusesByNameWhatItCannotTake) {
   EXPECT_NE(Complain(""), "nothing");
 }
 
-}  // namespace
+}  // namespace urdf_import_test
 }  // namespace knap

@@ -11,7 +11,7 @@
 #include <vector>
 
 namespace knap {
-namespace {
+namespace variation_draws_test {
 
 using std::numbers::pi;
 using testing::HasSubstr;
@@ -133,5 +133,5 @@ TEST(VariationDraws, RefuseWhatIsNone) {
   EXPECT_THAT(FindDrawFault({{"a"}, RowDraw{{{1.0}, {1.0, 2.0}}}}), HasSubstr("for 2 numbers"));
 }
 
-}  // namespace
+}  // namespace variation_draws_test
 }  // namespace knap

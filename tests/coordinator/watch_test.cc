@@ -14,7 +14,7 @@
 #include "lcmtypes/wire/channels.h"
 
 namespace knap {
-namespace {
+namespace watch_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -283,5 +283,5 @@ TEST_F(RunRecordingTest, AnotherKeyOrRunTellsNothing) {
   EXPECT_THAT(other.FindDifference().value_or(""), HasSubstr("answer 1"));
 }
 
-}  // namespace
+}  // namespace watch_test
 }  // namespace knap

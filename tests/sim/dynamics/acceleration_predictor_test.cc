@@ -6,7 +6,7 @@
 #include <cmath>
 
 namespace knap {
-namespace {
+namespace acceleration_predictor_test {
 
 using Eigen::Vector2d;
 using Eigen::VectorXd;
@@ -56,5 +56,5 @@ TEST(AccelerationPredictor, ForgetsWhenTold) {
   EXPECT_EQ(Predict(predictor, 9 * kStep), Vector2d(3.0, 3.0));
 }
 
-}  // namespace
+}  // namespace acceleration_predictor_test
 }  // namespace knap

@@ -11,7 +11,7 @@
 #include "tests/sim/dynamics/scenes.h"
 
 namespace knap {
-namespace {
+namespace books_test {
 
 using Eigen::Vector3d;
 using test::BallSample;
@@ -76,10 +76,10 @@ TEST(Books, AngularMomentumClosesStepByStepInTheBody) {
   EXPECT_GT(largest, 1e-8);
 }
 
-class OrderTest : public testing::TestWithParam<int> {};
+class BooksOrderTest : public testing::TestWithParam<int> {};
 
 // Σ h m over the states of the trapezoidal rule, against the change of I w in the world.
-TEST_P(OrderTest, AngularMomentumInTheWorldClosesAsTheStepFalls) {
+TEST_P(BooksOrderTest, AngularMomentumInTheWorldClosesAsTheStepFalls) {
   const BallScene scene = MakeThrow(kRough);
   double previous = 0.0;
   for (const double h : {4e-4, 2e-4, 1e-4, 5e-5}) {
@@ -99,7 +99,7 @@ TEST_P(OrderTest, AngularMomentumInTheWorldClosesAsTheStepFalls) {
 }
 
 // Without friction and damping the energy is kept, but for the integrator.
-TEST_P(OrderTest, EnergyIsKeptWithoutFrictionAtTheIntegratorsOrder) {
+TEST_P(BooksOrderTest, EnergyIsKeptWithoutFrictionAtTheIntegratorsOrder) {
   const BallScene scene = MakeThrow(kIdeal);
   const double start = CalcEnergy(scene, kIdeal, RunBall(scene, test::MakeOptions(1e-4, 0.0, 1)).front());
   double previous = 0.0;
@@ -126,7 +126,7 @@ TEST_P(OrderTest, EnergyIsKeptWithoutFrictionAtTheIntegratorsOrder) {
 
 // What is lost is the work of friction, rolling resistance and damping: of the wrench less minus the gradient of the
 // elastic energy.
-TEST_P(OrderTest, LossesAreTheWorkOfFrictionAndDamping) {
+TEST_P(BooksOrderTest, LossesAreTheWorkOfFrictionAndDamping) {
   const BallScene scene = MakeThrow(kRough);
   double previous = 0.0;
   for (const double h : {4e-5, 2e-5, 1e-5}) {
@@ -152,7 +152,7 @@ TEST_P(OrderTest, LossesAreTheWorkOfFrictionAndDamping) {
   EXPECT_LT(previous, GetParam() == 1 ? 1e-2 : 3e-4);
 }
 
-INSTANTIATE_TEST_SUITE_P(Bdf, OrderTest, testing::Values(1, 2));
+INSTANTIATE_TEST_SUITE_P(Bdf, BooksOrderTest, testing::Values(1, 2));
 
 // The foundation's energy is convex in the height, so implicit Euler never adds any, at any step.
 TEST(Books, EnergyNeverGrowsUnderImplicitEuler) {
@@ -168,5 +168,5 @@ TEST(Books, EnergyNeverGrowsUnderImplicitEuler) {
   }
 }
 
-}  // namespace
+}  // namespace books_test
 }  // namespace knap

@@ -9,7 +9,7 @@
 #include <vector>
 
 namespace knap {
-namespace {
+namespace bristle_history_test {
 
 // z' = −10 z + 3, solved as a contact solves its law: z = base + h_contact z'(z).
 double IntegrateRelaxation(int steps) {
@@ -103,5 +103,5 @@ TEST(BristleHistory, CotangentsAreTheTranspose) {
   }
 }
 
-}  // namespace
+}  // namespace bristle_history_test
 }  // namespace knap

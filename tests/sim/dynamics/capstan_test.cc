@@ -15,7 +15,7 @@
 #include "tests/sim/dynamics/pair_scene.h"
 
 namespace knap {
-namespace {
+namespace capstan_test {
 
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
@@ -148,5 +148,5 @@ TEST_P(CapstanTest, HoldsBelowThatRatioAndGivesWayAboveIt) {
 
 INSTANTIATE_TEST_SUITE_P(Friction, CapstanTest, testing::Values(0.2, 0.4));
 
-}  // namespace
+}  // namespace capstan_test
 }  // namespace knap

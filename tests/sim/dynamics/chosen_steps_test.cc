@@ -7,7 +7,7 @@
 #include "tests/sim/dynamics/scenes.h"
 
 namespace knap {
-namespace {
+namespace chosen_steps_test {
 
 using Eigen::Vector3d;
 using Eigen::VectorXd;
@@ -114,5 +114,5 @@ TEST(ChosenSteps, KeepTheirOrderWhereControlsJump) {
   EXPECT_NEAR(std::log2(coarse / fine), 2.0, 0.15);
 }
 
-}  // namespace
+}  // namespace chosen_steps_test
 }  // namespace knap

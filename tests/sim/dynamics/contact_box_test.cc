@@ -11,7 +11,7 @@
 #include "tests/sim/dynamics/pair_scene.h"
 
 namespace knap {
-namespace {
+namespace contact_box_test {
 
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
@@ -337,5 +337,5 @@ TEST(BoxOnMesh, DroppedInAnyPoseNeverPassesThrough) {
   }
 }
 
-}  // namespace
+}  // namespace contact_box_test
 }  // namespace knap

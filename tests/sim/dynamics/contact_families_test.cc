@@ -11,7 +11,7 @@
 #include "tests/sim/dynamics/pair_scene.h"
 
 namespace knap {
-namespace {
+namespace contact_families_test {
 
 using Eigen::Matrix3d;
 using Eigen::Quaterniond;
@@ -251,5 +251,5 @@ TEST(PeaTest, StaysOnTheTableHoweverItIsThrown) {
   }
 }
 
-}  // namespace
+}  // namespace contact_families_test
 }  // namespace knap

@@ -16,7 +16,7 @@
 #include "tests/sim/dynamics/slope_comparison.h"
 
 namespace knap {
-namespace {
+namespace contact_gradient_test {
 
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
@@ -252,5 +252,5 @@ TEST_P(ContactGradientTest, EqualsDifferences) {
 INSTANTIATE_TEST_SUITE_P(Pairs, ContactGradientTest, testing::ValuesIn(MakeCases()),
                          [](const auto& test) { return test.param.name; });
 
-}  // namespace
+}  // namespace contact_gradient_test
 }  // namespace knap

@@ -8,7 +8,7 @@
 #include "tests/sim/dynamics/pair_scene.h"
 
 namespace knap {
-namespace {
+namespace contact_oracle_test {
 
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
@@ -126,5 +126,5 @@ TEST(ContactOracle, TwoBallsExchangeTheirMotions) {
   ExpectErrorFalls(calc_error, 1e6, 4e8, 1e-6, 0.05);
 }
 
-}  // namespace
+}  // namespace contact_oracle_test
 }  // namespace knap

@@ -10,7 +10,7 @@
 #include "tests/sim/dynamics/scenes.h"
 
 namespace knap {
-namespace {
+namespace contact_smoothness_test {
 
 using Eigen::Vector3d;
 using test::BallScene;
@@ -101,5 +101,5 @@ INSTANTIATE_TEST_SUITE_P(
                     Line{"Onset", {0.0123, 0.0132, 0.0093}, {0.0121, 0.0125, 0.0091}}),
     [](const auto& line) { return std::string(line.param.name); });
 
-}  // namespace
+}  // namespace contact_smoothness_test
 }  // namespace knap

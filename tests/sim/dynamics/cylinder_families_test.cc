@@ -9,7 +9,7 @@
 #include "tests/sim/dynamics/pair_scene.h"
 
 namespace knap {
-namespace {
+namespace cylinder_families_test {
 
 using Eigen::Matrix3d;
 using Eigen::Quaterniond;
@@ -182,5 +182,5 @@ TEST_P(CylinderTest, ACanTipsOverItsRim) {
 INSTANTIATE_TEST_SUITE_P(Stands, CylinderTest,
                          testing::Values(Ground::kHalfSpace, Ground::kBox, Ground::kMesh, Ground::kCylinder));
 
-}  // namespace
+}  // namespace cylinder_families_test
 }  // namespace knap

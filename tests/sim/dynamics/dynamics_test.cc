@@ -8,7 +8,7 @@
 #include "tests/sim/dynamics/random_tree.h"
 
 namespace knap {
-namespace {
+namespace dynamics_test {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -120,5 +120,5 @@ TEST_P(DynamicsTest, PullBackEqualsDifferences) {
 
 INSTANTIATE_TEST_SUITE_P(Seeds, DynamicsTest, testing::Range(0, 40));
 
-}  // namespace
+}  // namespace dynamics_test
 }  // namespace knap

@@ -7,7 +7,7 @@
 #include <numbers>
 
 namespace knap {
-namespace {
+namespace flipping_test {
 
 constexpr double kQuarterTurn = 0.5 * std::numbers::pi;
 
@@ -27,5 +27,5 @@ TEST(Flipping, TheFingerPushesTheBoxOverItsHinge) {
   for (int k = 0; k <= end; ++k) EXPECT_GT(t.q(k)(flipping.hinge), -1e-3) << k;
 }
 
-}  // namespace
+}  // namespace flipping_test
 }  // namespace knap

@@ -9,7 +9,7 @@
 #include "tests/sim/dynamics/random_world.h"
 
 namespace knap {
-namespace {
+namespace grip_gradient_test {
 
 using test::CheckTaylorRemainderOfEveryKind;
 using test::CompareEveryKind;
@@ -63,5 +63,5 @@ TEST(GripGradient, TaylorRemainderFallsAsTheSquare) {
   }
 }
 
-}  // namespace
+}  // namespace grip_gradient_test
 }  // namespace knap

@@ -9,7 +9,7 @@
 #include "tests/sim/dynamics/pair_scene.h"
 
 namespace knap {
-namespace {
+namespace grip_test {
 
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
@@ -117,5 +117,5 @@ TEST(Grip, LetsGo) {
   EXPECT_LT(path[251].z(), path[250].z() - 1e-6);
 }
 
-}  // namespace
+}  // namespace grip_test
 }  // namespace knap

@@ -13,7 +13,7 @@
 #include "tests/sim/dynamics/scenes.h"
 
 namespace knap {
-namespace {
+namespace impact_test {
 
 using Eigen::Vector3d;
 using test::BallSample;
@@ -100,5 +100,5 @@ TEST(Impact, ReturnsTheApproachSpeedAsTheStepFalls) {
   EXPECT_LT(previous, 1e-3);
 }
 
-}  // namespace
+}  // namespace impact_test
 }  // namespace knap

@@ -8,7 +8,7 @@
 #include "sim/math/so3.h"
 
 namespace knap {
-namespace {
+namespace joint_forces_test {
 
 using Eigen::Vector3d;
 
@@ -106,5 +106,5 @@ TEST(Actuator, PositionSaturatesSmoothlyAndForceIsTheShareOfItsLimit) {
   EXPECT_EQ(force.tau, Vector3d(0.0, 0.0, -1.0));
 }
 
-}  // namespace
+}  // namespace joint_forces_test
 }  // namespace knap

@@ -6,7 +6,7 @@
 #include "tests/sim/dynamics/scenes.h"
 
 namespace knap {
-namespace {
+namespace mesh_refinement_test {
 
 using Eigen::Vector3d;
 using test::BallSample;
@@ -85,5 +85,5 @@ TEST(MeshRefinement, AStraightBounceLosesNoEnergy) {
   }
 }
 
-}  // namespace
+}  // namespace mesh_refinement_test
 }  // namespace knap

@@ -11,7 +11,7 @@
 #include "sim/math/so3.h"
 
 namespace knap {
-namespace {
+namespace motions_test {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -179,5 +179,5 @@ TEST(Compose, RatesEqualDifferences) {
   for (int i = 1; i < 20; ++i) CheckRates(motion, 0.05 * i + 0.013, 2e-7);
 }
 
-}  // namespace
+}  // namespace motions_test
 }  // namespace knap

@@ -10,7 +10,7 @@
 #include "tests/sim/dynamics/mujoco_reference.h"
 
 namespace knap {
-namespace {
+namespace mujoco_test {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -128,5 +128,5 @@ TEST_P(MujocoTest, ShortTrajectoriesAgreeAtTinySteps) {
 
 INSTANTIATE_TEST_SUITE_P(ChainAndFinger, MujocoTest, testing::Values(0, 1));
 
-}  // namespace
+}  // namespace mujoco_test
 }  // namespace knap

@@ -12,7 +12,7 @@
 #include "tests/sim/dynamics/scenes.h"
 
 namespace knap {
-namespace {
+namespace multibody_oracle_test {
 
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
@@ -57,9 +57,9 @@ struct DoublePendulum {
   }
 };
 
-class OrderTest : public testing::TestWithParam<int> {};
+class OracleOrderTest : public testing::TestWithParam<int> {};
 
-TEST_P(OrderTest, ADoublePendulumConvergesAtTheIntegratorsOrder) {
+TEST_P(OracleOrderTest, ADoublePendulumConvergesAtTheIntegratorsOrder) {
   const DoublePendulum pendulum;
   const double duration = 0.8;
   const std::array<double, 4> end = pendulum.Integrate({1.2, 0.5, -0.4, -1.0}, duration);
@@ -84,7 +84,7 @@ TEST_P(OrderTest, ADoublePendulumConvergesAtTheIntegratorsOrder) {
   EXPECT_LT(previous, GetParam() == 1 ? 1e-2 : 1e-5);
 }
 
-INSTANTIATE_TEST_SUITE_P(Bdf, OrderTest, testing::Values(1, 2));
+INSTANTIATE_TEST_SUITE_P(Bdf, OracleOrderTest, testing::Values(1, 2));
 
 // Largest relative change of energy of a torque-free top tumbling about its middle axis.
 double MeasureEnergyDrift(int order, double step) {
@@ -181,5 +181,5 @@ TEST(Finger, StartsFromRestUnderOneMotor) {
   }
 }
 
-}  // namespace
+}  // namespace multibody_oracle_test
 }  // namespace knap

@@ -9,7 +9,7 @@
 #include "tests/sim/dynamics/random_world.h"
 
 namespace knap {
-namespace {
+namespace parameter_gradient_test {
 
 using test::CheckTaylorRemainderOfEveryKind;
 using test::CompareEveryKind;
@@ -42,5 +42,5 @@ TEST(ParameterGradient, TaylorRemainderFallsAsTheSquare) {
   }
 }
 
-}  // namespace
+}  // namespace parameter_gradient_test
 }  // namespace knap

@@ -11,7 +11,7 @@
 #include "tests/sim/dynamics/scenes.h"
 
 namespace knap {
-namespace {
+namespace pea_oracle_test {
 
 using Eigen::Vector3d;
 using test::BallSample;
@@ -199,5 +199,5 @@ TEST_P(FloorTest, RollingResistanceHoldsBelowItsThresholdButForTheCreep) {
   }
 }
 
-}  // namespace
+}  // namespace pea_oracle_test
 }  // namespace knap

@@ -11,7 +11,7 @@
 #include "tests/sim/dynamics/scenes.h"
 
 namespace knap {
-namespace {
+namespace pendulum_test {
 
 using Eigen::Vector3d;
 using Eigen::VectorXd;
@@ -96,7 +96,7 @@ std::array<double, 6> IntegrateReference(double angle, double rate, double durat
 
 enum class Scheme { kBdf1, kBdf2, kTrBdf2 };
 
-class OrderTest : public testing::TestWithParam<Scheme> {
+class PendulumOrderTest : public testing::TestWithParam<Scheme> {
  protected:
   static int order() { return GetParam() == Scheme::kBdf1 ? 1 : 2; }
   static SimulationOptions MakeOptions(double step, double duration) {
@@ -111,7 +111,7 @@ class OrderTest : public testing::TestWithParam<Scheme> {
   }
 };
 
-TEST_P(OrderTest, FinalStateAndGradientConvergeAtTheIntegratorsOrder) {
+TEST_P(PendulumOrderTest, FinalStateAndGradientConvergeAtTheIntegratorsOrder) {
   const double duration = 1.5;
   const std::array<double, 6> reference = IntegrateReference(2.0, -1.0, duration);
   const Tree tree = MakePendulum();
@@ -140,7 +140,7 @@ TEST_P(OrderTest, FinalStateAndGradientConvergeAtTheIntegratorsOrder) {
   EXPECT_LT(previous_gradient, order() == 1 ? 0.1 : 1e-3);
 }
 
-TEST_P(OrderTest, ATorqueFreeTopKeepsItsAngularMomentumAndEnergyAtTheOrder) {
+TEST_P(PendulumOrderTest, ATorqueFreeTopKeepsItsAngularMomentumAndEnergyAtTheOrder) {
   Tree tree;
   tree.gravity.setZero();
   TreeBody top;
@@ -180,7 +180,7 @@ TEST_P(OrderTest, ATorqueFreeTopKeepsItsAngularMomentumAndEnergyAtTheOrder) {
   EXPECT_LT(previous, order() == 1 ? 0.05 : 1e-3);
 }
 
-INSTANTIATE_TEST_SUITE_P(Schemes, OrderTest, testing::Values(Scheme::kBdf1, Scheme::kBdf2, Scheme::kTrBdf2));
+INSTANTIATE_TEST_SUITE_P(Schemes, PendulumOrderTest, testing::Values(Scheme::kBdf1, Scheme::kBdf2, Scheme::kTrBdf2));
 
-}  // namespace
+}  // namespace pendulum_test
 }  // namespace knap

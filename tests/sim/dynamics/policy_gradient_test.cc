@@ -18,7 +18,7 @@
 #include "tests/sim/dynamics/random_world.h"
 
 namespace knap {
-namespace {
+namespace policy_gradient_test {
 
 using Eigen::Vector3d;
 using Eigen::VectorXd;
@@ -188,5 +188,5 @@ TEST(PolicyGradient, TheWayThroughTheStateMatters) {
   EXPECT_GE(seen, 10);
 }
 
-}  // namespace
+}  // namespace policy_gradient_test
 }  // namespace knap

@@ -11,7 +11,7 @@
 #include "tests/sim/dynamics/pair_scene.h"
 
 namespace knap {
-namespace {
+namespace posed_shapes_test {
 
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
@@ -121,5 +121,5 @@ TEST(PosedShapes, TouchAsBodiesThatArePosed) {
   }
 }
 
-}  // namespace
+}  // namespace posed_shapes_test
 }  // namespace knap

@@ -13,7 +13,7 @@
 #include "tests/sim/dynamics/pair_scene.h"
 
 namespace knap {
-namespace {
+namespace random_throws_test {
 
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
@@ -200,5 +200,5 @@ TEST(RandomThrows, EndOutsideWithoutMoreEnergyOrAreNamed) {
   EXPECT_LT(named, 1000);
 }
 
-}  // namespace
+}  // namespace random_throws_test
 }  // namespace knap

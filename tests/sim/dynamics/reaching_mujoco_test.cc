@@ -10,7 +10,7 @@
 #include "tests/sim/dynamics/mujoco_reference.h"
 
 namespace knap {
-namespace {
+namespace reaching_mujoco_test {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -73,5 +73,5 @@ TEST(ReachingMujoco, TrajectoriesUnderAnActionAgree) {
   }
 }
 
-}  // namespace
+}  // namespace reaching_mujoco_test
 }  // namespace knap

@@ -7,7 +7,7 @@
 #include "tests/sim/dynamics/scenes.h"
 
 namespace knap {
-namespace {
+namespace rest_start_test {
 
 using Eigen::Vector3d;
 using test::BallScene;
@@ -36,5 +36,5 @@ TEST_P(SlopeTest, ABallReleasedFromRestStartsToRoll) {
 
 INSTANTIATE_TEST_SUITE_P(Slopes, SlopeTest, testing::Values(0.01, 0.1, 0.5));
 
-}  // namespace
+}  // namespace rest_start_test
 }  // namespace knap

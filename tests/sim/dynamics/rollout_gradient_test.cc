@@ -13,7 +13,7 @@
 #include "tests/sim/dynamics/slope_comparison.h"
 
 namespace knap {
-namespace {
+namespace rollout_gradient_test {
 
 using Eigen::Vector3d;
 using Eigen::VectorXd;
@@ -81,9 +81,9 @@ void CheckInitialState(const Tree& tree, std::vector<ContactPair> contact_list, 
   EXPECT_EQ(slopes.Compare(tolerance, nullptr), "");
 }
 
-class OrderTest : public testing::TestWithParam<int> {};
+class RolloutGradientOrderTest : public testing::TestWithParam<int> {};
 
-TEST_P(OrderTest, DoublePendulumWithBallJoint) {
+TEST_P(RolloutGradientOrderTest, DoublePendulumWithBallJoint) {
   Tree tree;
   TreeBody upper;
   upper.joint = JointType::kRevolute;
@@ -106,7 +106,7 @@ TEST_P(OrderTest, DoublePendulumWithBallJoint) {
   CheckInitialState(tree, {}, q0, v0, Options(5e-3, 100, GetParam()), loss, 1e-7);
 }
 
-TEST_P(OrderTest, BallThatFallsBouncesAndRolls) {
+TEST_P(RolloutGradientOrderTest, BallThatFallsBouncesAndRolls) {
   BallScene scene;
   scene.AddGround({});
   scene.AddBall();
@@ -118,7 +118,7 @@ TEST_P(OrderTest, BallThatFallsBouncesAndRolls) {
   CheckInitialState(scene.tree, scene.contacts, scene.q0, scene.v0, Options(1e-3, 200, GetParam()), loss, 1e-6);
 }
 
-TEST_P(OrderTest, BallAgainstAMovingMeshFollowsItsVertices) {
+TEST_P(RolloutGradientOrderTest, BallAgainstAMovingMeshFollowsItsVertices) {
   BallScene scene;
   scene.AddGround({});
   scene.AddTool([](double t) {
@@ -181,7 +181,7 @@ TEST_P(OrderTest, BallAgainstAMovingMeshFollowsItsVertices) {
   EXPECT_GE(compared["trial"], 4);
 }
 
-INSTANTIATE_TEST_SUITE_P(Bdf, OrderTest, testing::Values(1, 2));
+INSTANTIATE_TEST_SUITE_P(Bdf, RolloutGradientOrderTest, testing::Values(1, 2));
 
-}  // namespace
+}  // namespace rollout_gradient_test
 }  // namespace knap

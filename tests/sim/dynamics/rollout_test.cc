@@ -12,7 +12,7 @@
 #include "tests/sim/scenarios/sample_scenes.h"
 
 namespace knap {
-namespace {
+namespace rollout_test {
 
 using Eigen::VectorXd;
 using Files = std::map<std::string, std::string>;
@@ -156,5 +156,5 @@ TEST(Rollout, AChildMayBeListedBeforeItsParent) {
   ExpectSamePath(Trace(&model, {}, "lower"), Trace(&swapped, {}, "lower"));
 }
 
-}  // namespace
+}  // namespace rollout_test
 }  // namespace knap

@@ -7,7 +7,7 @@
 #include <cmath>
 
 namespace knap {
-namespace {
+namespace slope_comparison_test {
 
 using test::CheckTaylorRemainder;
 using test::SlopeComparison;
@@ -58,5 +58,5 @@ TEST(TaylorRemainder, FallsAsTheSquareForTheRightSlopeAlone) {
   EXPECT_THAT(CheckTaylorRemainder(2.0, [](double s) { return 2.0 * s; }), HasSubstr("orders"));
 }
 
-}  // namespace
+}  // namespace slope_comparison_test
 }  // namespace knap

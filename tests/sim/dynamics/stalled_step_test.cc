@@ -17,7 +17,7 @@
 #include "sim/integrators/simulate.h"
 
 namespace knap {
-namespace {
+namespace stalled_step_test {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -95,5 +95,5 @@ TEST(StalledStep, ARootBeyondHalfATurnIsNone) {
   }
 }
 
-}  // namespace
+}  // namespace stalled_step_test
 }  // namespace knap

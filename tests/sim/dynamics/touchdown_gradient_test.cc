@@ -17,7 +17,7 @@
 #include "tests/sim/dynamics/scenes.h"
 
 namespace knap {
-namespace {
+namespace touchdown_gradient_test {
 
 using Eigen::Vector3d;
 using Eigen::VectorXd;
@@ -298,5 +298,5 @@ TEST(Touchdown, OnAMeshThatIsNotDesignedHasNoVertices) {
   EXPECT_TRUE(fixed->vertices.empty());
 }
 
-}  // namespace
+}  // namespace touchdown_gradient_test
 }  // namespace knap

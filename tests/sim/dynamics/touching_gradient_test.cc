@@ -15,7 +15,7 @@
 #include "tests/sim/dynamics/scenes.h"
 
 namespace knap {
-namespace {
+namespace touching_gradient_test {
 
 using Eigen::Vector3d;
 using Eigen::VectorXd;
@@ -137,5 +137,5 @@ TEST(TouchingGradient, TaylorRemainderFallsAsTheSquare) {
   EXPECT_GE(checked, 20);
 }
 
-}  // namespace
+}  // namespace touching_gradient_test
 }  // namespace knap

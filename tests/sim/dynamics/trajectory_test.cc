@@ -14,7 +14,7 @@
 #include "tests/sim/dynamics/rope.h"
 
 namespace knap {
-namespace {
+namespace trajectory_test {
 
 using Eigen::Vector3d;
 using Eigen::VectorXd;
@@ -148,5 +148,5 @@ TEST(Trajectory, SubstepsComeBackToo) {
   EXPECT_GT(ExpectTheSameWithoutMemory(rope.scene.tree, rope.scene.contacts, rope.scene.q0(), {}, options), 0);
 }
 
-}  // namespace
+}  // namespace trajectory_test
 }  // namespace knap

@@ -10,7 +10,7 @@
 #include <vector>
 
 namespace knap {
-namespace {
+namespace convex_pieces_test {
 
 using Eigen::Vector3d;
 
@@ -97,5 +97,5 @@ TEST(ConvexPieces, AreAlwaysTheSame) {
   }
 }
 
-}  // namespace
+}  // namespace convex_pieces_test
 }  // namespace knap

@@ -8,7 +8,7 @@
 #include <random>
 
 namespace knap {
-namespace {
+namespace mass_properties_test {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -99,5 +99,5 @@ TEST(MassProperties, PullBackEqualsDifferences) {
   }
 }
 
-}  // namespace
+}  // namespace mass_properties_test
 }  // namespace knap

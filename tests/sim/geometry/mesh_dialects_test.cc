@@ -10,7 +10,7 @@
 #include "tests/sim/geometry/read_error.h"
 
 namespace knap {
-namespace {
+namespace mesh_dialects_test {
 
 using test::ReadError;
 using ::testing::HasSubstr;
@@ -127,5 +127,5 @@ TEST(StlDialects, SeveralSolidsAndNormalsThatAreNoNumbers) {
   ExpectSame("t.stl", kStl, kStl.substr(0, second) + "endsolid\nsolid b\n" + kStl.substr(second));
 }
 
-}  // namespace
+}  // namespace mesh_dialects_test
 }  // namespace knap

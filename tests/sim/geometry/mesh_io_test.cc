@@ -18,7 +18,7 @@
 #include "tests/sim/geometry/read_error.h"
 
 namespace knap {
-namespace {
+namespace mesh_io_test {
 
 using Eigen::Vector3d;
 using Eigen::Vector3i;
@@ -303,5 +303,5 @@ TEST(WriteFile, WritesBytesAndSaysWhyNot) {
   }
 }
 
-}  // namespace
+}  // namespace mesh_io_test
 }  // namespace knap

@@ -9,7 +9,7 @@
 #include <vector>
 
 namespace knap {
-namespace {
+namespace mesh_refinement_test {
 
 using Eigen::Vector3d;
 using Eigen::Vector3i;
@@ -169,5 +169,5 @@ TEST(MeshRefinement, KeepsToTheNumberAllowed) {
   }
 }
 
-}  // namespace
+}  // namespace mesh_refinement_test
 }  // namespace knap

@@ -12,7 +12,7 @@
 #include "sim/geometry/mesh_io.h"
 
 namespace knap {
-namespace {
+namespace polygon_test {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -188,5 +188,5 @@ TEST(SplitPolygon, RefusesWhatIsNoPolygon) {
   }
 }
 
-}  // namespace
+}  // namespace polygon_test
 }  // namespace knap

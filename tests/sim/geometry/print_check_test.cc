@@ -16,7 +16,7 @@
 #include "sim/geometry/print_file.h"
 
 namespace knap {
-namespace {
+namespace print_check_test {
 
 using Eigen::Vector3d;
 using Eigen::Vector3i;
@@ -231,5 +231,5 @@ TEST(PrintFile, RefusesWhatIsInsideOut) {
   }
 }
 
-}  // namespace
+}  // namespace print_check_test
 }  // namespace knap

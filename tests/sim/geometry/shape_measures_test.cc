@@ -15,7 +15,7 @@
 #include <vector>
 
 namespace knap {
-namespace {
+namespace shape_measures_test {
 
 using Eigen::Vector3d;
 using Eigen::Vector3i;
@@ -199,5 +199,5 @@ TEST(RayCaster, FindsWhatAllTrianglesOneByOneHave) {
   EXPECT_GT(hits, 1000);
 }
 
-}  // namespace
+}  // namespace shape_measures_test
 }  // namespace knap

@@ -7,7 +7,7 @@
 #include <utility>
 
 namespace knap {
-namespace {
+namespace shells_test {
 
 using Eigen::Vector3d;
 using Eigen::Vector3i;
@@ -108,5 +108,5 @@ TEST(Shells, ATriangleFoldedOverInItsPlaneIsFound) {
   EXPECT_THAT(FindDefects(mesh).Describe(), HasSubstr("meets itself"));
 }
 
-}  // namespace
+}  // namespace shells_test
 }  // namespace knap

@@ -8,7 +8,7 @@
 #include <utility>
 
 namespace knap {
-namespace {
+namespace triangle_bvh_test {
 
 using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
@@ -110,5 +110,5 @@ TEST(TriangleBvh, Moves) {
   EXPECT_EQ(found.size(), 40u);
 }
 
-}  // namespace
+}  // namespace triangle_bvh_test
 }  // namespace knap

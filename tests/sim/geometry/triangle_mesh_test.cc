@@ -8,7 +8,7 @@
 #include <utility>
 
 namespace knap {
-namespace {
+namespace triangle_mesh_test {
 
 using Eigen::Vector3d;
 using Eigen::Vector3i;
@@ -111,5 +111,5 @@ TEST(TriangleMesh, FindsBadIndicesVerticesWithoutTriangleAndNonFiniteOnes) {
 
 TEST(TriangleMesh, NothingIsNotABody) { EXPECT_TRUE(FindDefects({}).inside_out); }
 
-}  // namespace
+}  // namespace triangle_mesh_test
 }  // namespace knap

@@ -17,7 +17,7 @@
 #include "sim/morphology/mean_value_coordinates.h"
 
 namespace knap {
-namespace {
+namespace cage_design_test {
 
 using Eigen::Matrix3Xd;
 using Eigen::MatrixXd;
@@ -237,5 +237,5 @@ TEST(CageDesign, RejectsBadInput) {
   EXPECT_THAT(error_of(mesh, open, kInitial, {}), HasSubstr("cage must be closed"));
 }
 
-}  // namespace
+}  // namespace cage_design_test
 }  // namespace knap

@@ -13,7 +13,7 @@
 #include "sim/morphology/cage_fit.h"
 
 namespace knap {
-namespace {
+namespace cage_maker_test {
 
 using Eigen::Vector3d;
 using Eigen::VectorXd;
@@ -151,5 +151,5 @@ TEST(CageMaker, RefusesWhatCannotBe) {
   EXPECT_THROW(MakeCage(mesh, {.stations = 4, .margin = 0.0}), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace cage_maker_test
 }  // namespace knap

@@ -10,7 +10,7 @@
 #include <utility>
 
 namespace knap {
-namespace {
+namespace mean_value_coordinates_test {
 
 using Eigen::Matrix3d;
 using Eigen::MatrixXd;
@@ -347,5 +347,5 @@ TEST(MeanValueCoordinates, WeightsOfAMeshAreThoseOfItsVertices) {
   }
 }
 
-}  // namespace
+}  // namespace mean_value_coordinates_test
 }  // namespace knap

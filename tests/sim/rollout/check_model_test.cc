@@ -16,7 +16,7 @@
 #include "tests/sim/scenarios/edited_scene.h"
 
 namespace knap {
-namespace {
+namespace check_model_test {
 
 namespace fs = std::filesystem;
 
@@ -193,5 +193,5 @@ TEST_F(CheckModelTest, AShapeThatIsWrongCausesNoFurtherErrors) {
   EXPECT_EQ(std::count(errors.begin(), errors.end(), '\n'), 1) << errors;
 }
 
-}  // namespace
+}  // namespace check_model_test
 }  // namespace knap

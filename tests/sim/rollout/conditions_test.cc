@@ -8,7 +8,7 @@
 #include "sim/scenarios/scenario_files.h"
 
 namespace knap {
-namespace {
+namespace conditions_test {
 
 // cart: x = 100 mm/s · t; shuttle: x goes from 0 to 40 mm in 0.2 s, stands for 0.2 s, goes back in 0.2 s and stands;
 // ball: falls 20 mm, stops and stays at rest, in touch with the floor from some 64 ms on.
@@ -118,5 +118,5 @@ TEST(Conditions, OfContacts) {
   }
 }
 
-}  // namespace
+}  // namespace conditions_test
 }  // namespace knap

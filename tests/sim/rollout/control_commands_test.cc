@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 namespace knap {
-namespace {
+namespace control_commands_test {
 
 Controls MakeControls(Squash squash) {
   Controls controls;
@@ -71,5 +71,5 @@ TEST(ControlCommandsTest, WrongSizesAreRefused) {
   EXPECT_THROW(PullBackCommands(controls, kValues, Eigen::MatrixXd::Zero(2, 3)), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace control_commands_test
 }  // namespace knap

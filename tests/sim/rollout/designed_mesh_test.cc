@@ -14,7 +14,7 @@
 #include "sim/scenarios/scenario_files.h"
 
 namespace knap {
-namespace {
+namespace designed_mesh_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -145,5 +145,5 @@ TEST(DesignCorners, CountsThoseThatFoldTheMesh) {
   EXPECT_EQ(FindFoldedCorners(*other.design(), *other.scene().design).safe_percent, 100);
 }
 
-}  // namespace
+}  // namespace designed_mesh_test
 }  // namespace knap

@@ -18,7 +18,7 @@
 #include "tests/sim/rollout/box_mesh.h"
 
 namespace knap {
-namespace {
+namespace extreme_values_test {
 
 // Joints, motions, shapes, inertias, contacts, grips, signals, terms of the loss and conditions that have numbers which
 // may vary.
@@ -275,5 +275,5 @@ TEST(ExtremeValuesScene, IsValidAndTouches) {
   EXPECT_NE(output.control_gradient.norm(), 0.0);
 }
 
-}  // namespace
+}  // namespace extreme_values_test
 }  // namespace knap

@@ -18,7 +18,7 @@
 #include "tests/sim/rollout/differences.h"
 
 namespace knap {
-namespace {
+namespace fixed_mesh_test {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -194,5 +194,5 @@ contacts: [{bodies: [tool, ridge], stiffness: 1e8 N/m^3, damping: 5 s/m, frictio
   }
 }
 
-}  // namespace
+}  // namespace fixed_mesh_test
 }  // namespace knap

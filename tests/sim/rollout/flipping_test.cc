@@ -19,7 +19,7 @@
 #include "tests/sim/rollout/differences.h"
 
 namespace knap {
-namespace {
+namespace flipping_test {
 
 using Eigen::VectorXd;
 using std::numbers::pi;
@@ -290,5 +290,5 @@ TEST(Flipping, GradientUnderThePolicyIsThatOfDifferences) {
   EXPECT_LE(worst_weight, 1e-4 * g.tail(w.size()).lpNorm<Eigen::Infinity>());
 }
 
-}  // namespace
+}  // namespace flipping_test
 }  // namespace knap

@@ -12,7 +12,7 @@
 #include "tests/sim/rollout/differences.h"
 
 namespace knap {
-namespace {
+namespace force_signal_test {
 
 using Eigen::VectorXd;
 
@@ -113,5 +113,5 @@ TEST(ForceSignalAtRest, IsWhatTheSpringBears) {
   EXPECT_NEAR(last("press"), 400.0 * last("way"), 1e-4);
 }
 
-}  // namespace
+}  // namespace force_signal_test
 }  // namespace knap

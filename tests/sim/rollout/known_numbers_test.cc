@@ -5,7 +5,7 @@
 #include <cmath>
 
 namespace knap {
-namespace {
+namespace known_numbers_test {
 
 TEST(KnownNumbersTest, AreFiniteAndTheSameEveryTime) {
   const std::vector<double> numbers = CalcKnownNumbers();
@@ -24,5 +24,5 @@ TEST(KnownNumbersTest, HoldARolloutWithContact) {
   EXPECT_GT(std::abs(distillation[3]), 1.0);
 }
 
-}  // namespace
+}  // namespace known_numbers_test
 }  // namespace knap

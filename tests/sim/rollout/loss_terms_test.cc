@@ -15,7 +15,7 @@
 #include "tests/sim/rollout/differences.h"
 
 namespace knap {
-namespace {
+namespace loss_terms_test {
 
 using Eigen::VectorXd;
 
@@ -339,5 +339,5 @@ TEST(EveryKind, OfTermHasItsGradient) {
   }
 }
 
-}  // namespace
+}  // namespace loss_terms_test
 }  // namespace knap

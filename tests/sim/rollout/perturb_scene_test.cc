@@ -15,7 +15,7 @@
 #include "sim/scenarios/scenario_files.h"
 
 namespace knap {
-namespace {
+namespace perturb_scene_test {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -188,5 +188,5 @@ TEST(PerturbScene, GradientsFollow) {
   }
 }
 
-}  // namespace
+}  // namespace perturb_scene_test
 }  // namespace knap

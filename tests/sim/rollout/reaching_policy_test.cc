@@ -9,7 +9,7 @@
 #include "tests/sim/rollout/differences.h"
 
 namespace knap {
-namespace {
+namespace reaching_policy_test {
 
 using Eigen::VectorXd;
 
@@ -98,5 +98,5 @@ TEST_F(ReachingPolicyTest, WrongNumbersOfWeightsAreRefused) {
   EXPECT_THROW(Run(model, theta_, MakeWeights(219), 0.0, 0.0, false), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace reaching_policy_test
 }  // namespace knap

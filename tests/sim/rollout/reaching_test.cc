@@ -10,7 +10,7 @@
 #include "tests/sim/rollout/differences.h"
 
 namespace knap {
-namespace {
+namespace reaching_test {
 
 using Eigen::VectorXd;
 
@@ -91,5 +91,5 @@ TEST_F(ReachingTest, GradientInDesignAndControlsIsThatOfDifferences) {
   EXPECT_LE(worst, 1e-7 * g.lpNorm<Eigen::Infinity>());
 }
 
-}  // namespace
+}  // namespace reaching_test
 }  // namespace knap

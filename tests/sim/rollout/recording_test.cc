@@ -14,7 +14,7 @@
 #include "sim/scenarios/scenario_files.h"
 
 namespace knap {
-namespace {
+namespace recording_test {
 
 using Eigen::Vector3d;
 
@@ -143,5 +143,5 @@ TEST(RecordingTest, JointsTurnWhatTheyCarry) {
   }
 }
 
-}  // namespace
+}  // namespace recording_test
 }  // namespace knap

@@ -17,7 +17,7 @@
 #include "tests/sim/rollout/differences.h"
 
 namespace knap {
-namespace {
+namespace refined_mesh_test {
 
 using Eigen::VectorXd;
 
@@ -164,5 +164,5 @@ TEST(RefinedMesh, TooManyTrianglesAreRefusedWithWhatIsAllowed) {
   }
 }
 
-}  // namespace
+}  // namespace refined_mesh_test
 }  // namespace knap

@@ -18,7 +18,7 @@
 #include "tests/sim/rollout/differences.h"
 
 namespace knap {
-namespace {
+namespace scene_design_test {
 
 using Eigen::Vector3d;
 using Eigen::VectorXd;
@@ -321,5 +321,5 @@ TEST(PusherShape, GroupsByBoxAndPlaneAreThoseByNumber) {
   EXPECT_EQ(by_number.Find("pusher")->dc_dtheta(), chosen.Find("pusher")->dc_dtheta());
 }
 
-}  // namespace
+}  // namespace scene_design_test
 }  // namespace knap

@@ -21,7 +21,7 @@
 #include "tests/sim/rollout/differences.h"
 
 namespace knap {
-namespace {
+namespace shapes_test {
 
 using Eigen::Vector3d;
 using Eigen::VectorXd;
@@ -367,5 +367,5 @@ TEST(Shapes, RefusesByName) {
               HasSubstr("this body has no shape to touch with"));
 }
 
-}  // namespace
+}  // namespace shapes_test
 }  // namespace knap

@@ -11,7 +11,7 @@
 #include "sim/scenarios/scenario_files.h"
 
 namespace knap {
-namespace {
+namespace time_steps_test {
 
 using Eigen::VectorXd;
 
@@ -194,5 +194,5 @@ TEST(GradientReliable, NamesEveryLimitThatIsPassed) {
   EXPECT_EQ(RunInitial(&fixed).doubts, std::vector<std::string>{"rounding"});
 }
 
-}  // namespace
+}  // namespace time_steps_test
 }  // namespace knap

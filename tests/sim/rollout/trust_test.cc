@@ -7,7 +7,7 @@
 #include "sim/scenarios/scenario_files.h"
 
 namespace knap {
-namespace {
+namespace trust_test {
 
 // A ball flies along y through a plate, and its end beyond it is what success asks for.
 RolloutOutput ThrowAtPlate(double speed, const std::string& stiffness, const std::string& rollout,
@@ -90,5 +90,5 @@ TEST(TrustTest, StepsThatLeadNowhereAreGivenUpAndTheirPlaceNamed) {
       << out.distrust[0];
 }
 
-}  // namespace
+}  // namespace trust_test
 }  // namespace knap

@@ -12,7 +12,7 @@
 #include "tests/sim/rollout/winding_scene.h"
 
 namespace knap {
-namespace {
+namespace winding_drops_test {
 
 using Eigen::Vector3d;
 using Eigen::VectorXd;
@@ -130,5 +130,5 @@ TEST(WindingDrops, EnergyNeverGrows) {
   }
 }
 
-}  // namespace
+}  // namespace winding_drops_test
 }  // namespace knap

@@ -12,7 +12,7 @@
 #include "tests/sim/rollout/winding_scene.h"
 
 namespace knap {
-namespace {
+namespace winding_test {
 
 using Eigen::Vector3d;
 using Eigen::VectorXd;
@@ -156,5 +156,5 @@ TEST(Winding, ARopeMayTouchItself) {
   EXPECT_EQ(model.contacts.size(), 15u + 91u);
 }
 
-}  // namespace
+}  // namespace winding_test
 }  // namespace knap

@@ -11,7 +11,7 @@
 #include "tests/sim/rollout/winding_scene.h"
 
 namespace knap {
-namespace {
+namespace winding_turn_test {
 
 using Eigen::Vector3d;
 using Eigen::VectorXd;
@@ -117,5 +117,5 @@ TEST(WindingTurn, GradientsEqualDifferences) {
   test::ExpectGradientsEqualDifferences(&rollout, input, test::MakeTheta(rollout, 0.06), {1e-6, 1e-7}, 1e-5);
 }
 
-}  // namespace
+}  // namespace winding_turn_test
 }  // namespace knap

@@ -10,7 +10,7 @@
 #include "tests/sim/scenarios/sample_scenes.h"
 
 namespace knap {
-namespace {
+namespace apply_variation_test {
 
 Scene ParseEverything(std::span<const std::string> overrides = {}) {
   ParseResult result = ParseScene(kEverythingYaml, "f.yaml", overrides);
@@ -94,5 +94,5 @@ const RefusedDraw kRefusedDraws[] = {
 INSTANTIATE_TEST_SUITE_P(Draws, Refusal, testing::ValuesIn(kRefusedDraws),
                          [](const testing::TestParamInfo<RefusedDraw>& draw) { return draw.param.name; });
 
-}  // namespace
+}  // namespace apply_variation_test
 }  // namespace knap

@@ -7,7 +7,7 @@
 #include "tests/sim/scenarios/sample_scenes.h"
 
 namespace knap {
-namespace {
+namespace check_scene_test {
 
 class Contradiction : public testing::TestWithParam<SceneErrorCase> {};
 
@@ -424,5 +424,5 @@ TEST(CheckScene, ADesignedMeshNeedsADesign) {
                 "that gives the mesh\n");
 }
 
-}  // namespace
+}  // namespace check_scene_test
 }  // namespace knap

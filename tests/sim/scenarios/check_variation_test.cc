@@ -9,7 +9,7 @@
 #include "tests/sim/scenarios/sample_scenes.h"
 
 namespace knap {
-namespace {
+namespace check_variation_test {
 
 constexpr char kFirstVariation[] =
     "  - {key: \"bodies.pea.initial.position[0]\", distribution: uniform, lower: -20 mm, upper: 20 mm}\n";
@@ -177,5 +177,5 @@ INSTANTIATE_TEST_SUITE_P(
              "already varies, see variation[0]"}),
     [](const auto& the_case) { return std::string(the_case.param.name); });
 
-}  // namespace
+}  // namespace check_variation_test
 }  // namespace knap

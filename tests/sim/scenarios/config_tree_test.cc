@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace knap {
-namespace {
+namespace config_tree_test {
 
 std::string ParseErrors(const std::string& text) {
   std::vector<ConfigError> errors;
@@ -111,5 +111,5 @@ TEST(FormatErrors, SortsByPositionAndPutsTheCommandLineLast) {
             "f:9:30: first\nf:10:2: a: second\ncommand line: x=1: x: third\n");
 }
 
-}  // namespace
+}  // namespace config_tree_test
 }  // namespace knap

@@ -11,7 +11,7 @@
 #include "tests/sim/scenarios/sample_scenes.h"
 
 namespace knap {
-namespace {
+namespace describe_scene_test {
 
 using testing::HasSubstr;
 
@@ -48,5 +48,5 @@ TEST(DescribeSceneFormat, KnowsEveryKey) {
   EXPECT_GT(keys, 150);
 }
 
-}  // namespace
+}  // namespace describe_scene_test
 }  // namespace knap

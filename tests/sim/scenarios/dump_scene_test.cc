@@ -13,7 +13,7 @@
 #include "tests/sim/scenarios/sample_scenes.h"
 
 namespace knap {
-namespace {
+namespace dump_scene_test {
 
 TEST(DumpScene, IsAFixedPointOfReading) {
   for (const char* yaml : {kPendulumYaml, kEverythingYaml}) {
@@ -68,5 +68,5 @@ RC_GTEST_PROP(DumpScene, KeepsAnyDescription, ()) {
   RC_ASSERT(read.scene.description == scene.description);
 }
 
-}  // namespace
+}  // namespace dump_scene_test
 }  // namespace knap

@@ -9,9 +9,9 @@
 #include "tests/sim/scenarios/sample_scenes.h"
 
 namespace knap {
-namespace {
+namespace hostile_text_test {
 
-RC_GTEST_PROP(ParseScene, SurvivesDamagedFiles, ()) {
+RC_GTEST_PROP(HostileText, SurvivesDamagedFiles, ()) {
   std::string text = kEverythingYaml;
   const int edits = *rc::gen::inRange(1, 4);
   for (int i = 0; i < edits; ++i) {
@@ -34,7 +34,7 @@ RC_GTEST_PROP(ParseScene, SurvivesDamagedFiles, ()) {
   RC_ASSERT(DumpScene(again.scene) == dump);
 }
 
-RC_GTEST_PROP(ParseScene, SurvivesAnyOverride, (const std::string& text)) {
+RC_GTEST_PROP(HostileText, SurvivesAnyOverride, (const std::string& text)) {
   const std::string path = *rc::gen::element<std::string>("", "learning", "bodies.pea", "bodies[0]", "gravity",
                                                           "variation[0].key", "x.y[0]");
   const std::vector<std::string> overrides{text, path + "=" + text, path + text + "=1"};
@@ -42,5 +42,5 @@ RC_GTEST_PROP(ParseScene, SurvivesAnyOverride, (const std::string& text)) {
   RC_ASSERT(result.ok() == result.FormatErrors().empty());
 }
 
-}  // namespace
+}  // namespace hostile_text_test
 }  // namespace knap

@@ -12,7 +12,7 @@
 #include "sim/scenarios/parse_scene.h"
 
 namespace knap {
-namespace {
+namespace include_files_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -141,5 +141,5 @@ TEST(IncludeFiles, RefuseWhatTheyCannotTakeOver) {
               HasSubstr("scene.yaml:3:1: include: files can be included by a scenario file alone\n"));
 }
 
-}  // namespace
+}  // namespace include_files_test
 }  // namespace knap

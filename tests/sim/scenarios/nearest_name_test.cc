@@ -5,7 +5,7 @@
 #include <vector>
 
 namespace knap {
-namespace {
+namespace nearest_name_test {
 
 TEST(CalcEditDistance, CountsEdits) {
   EXPECT_EQ(CalcEditDistance("", ""), 0u);
@@ -24,5 +24,5 @@ TEST(FindNearestName, SuggestsOnlyWhatIsNear) {
   EXPECT_EQ(FindNearestName("", names), "");
 }
 
-}  // namespace
+}  // namespace nearest_name_test
 }  // namespace knap

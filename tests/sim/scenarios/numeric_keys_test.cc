@@ -9,7 +9,7 @@
 #include "tests/sim/scenarios/sample_scenes.h"
 
 namespace knap {
-namespace {
+namespace numeric_keys_test {
 
 Scene ParseEverything() {
   ParseResult result = ParseScene(kEverythingYaml, "f.yaml");
@@ -79,5 +79,5 @@ TEST(MayVary, ExcludesTheMachinery) {
   EXPECT_FALSE(PathMayVary("variation[0].lower"));
 }
 
-}  // namespace
+}  // namespace numeric_keys_test
 }  // namespace knap

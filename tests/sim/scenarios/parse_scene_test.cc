@@ -10,7 +10,7 @@
 #include "tests/sim/scenarios/sample_scenes.h"
 
 namespace knap {
-namespace {
+namespace parse_scene_test {
 
 TEST(ParseScene, ReadsAPendulumWithDefaults) {
   const ParseResult result = ParseScene(kPendulumYaml, "f.yaml");
@@ -290,5 +290,5 @@ TEST(ParseScene, SaysWhatAnEmptyFileLacks) {
   EXPECT_EQ(ParseScene("[1, 2]", "f.yaml").FormatErrors(), "f.yaml:1:1: expected a scenario: keys with values\n");
 }
 
-}  // namespace
+}  // namespace parse_scene_test
 }  // namespace knap

@@ -9,7 +9,7 @@
 #include "sim/scenarios/parse_scene.h"
 
 namespace knap {
-namespace {
+namespace pushing_config_test {
 
 class PushingConfig : public testing::Test {
  protected:
@@ -95,5 +95,5 @@ TEST_F(PushingConfig, StartsInTheSquareAndAimsAtTheOpening) {
   EXPECT_EQ(success.below, 0.008);
 }
 
-}  // namespace
+}  // namespace pushing_config_test
 }  // namespace knap

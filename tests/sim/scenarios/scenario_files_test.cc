@@ -11,7 +11,7 @@
 #include "tests/sim/scenarios/sample_scenes.h"
 
 namespace knap {
-namespace {
+namespace scenario_files_test {
 
 namespace fs = std::filesystem;
 
@@ -145,5 +145,5 @@ TEST(IsScenarioFilePath, StaysInTheFolder) {
   EXPECT_FALSE(IsScenarioFilePath(std::string(300, 'a')));
 }
 
-}  // namespace
+}  // namespace scenario_files_test
 }  // namespace knap

@@ -9,7 +9,7 @@
 #include <numbers>
 
 namespace knap {
-namespace {
+namespace units_test {
 
 double ParseAs(const std::string& text, const Dimension& dimension) {
   const std::optional<Quantity> quantity = ParseQuantity(text);
@@ -102,5 +102,5 @@ RC_GTEST_PROP(ParseQuantity, SurvivesAnyText, (const std::string& text)) {
   RC_ASSERT(!quantity || std::isfinite(quantity->value));
 }
 
-}  // namespace
+}  // namespace units_test
 }  // namespace knap
