@@ -65,7 +65,7 @@ Imitation Imitate(Network network, const Examples& examples, std::vector<double>
   // The error of data without noise falls to zero: only evaluations, and steps that no longer count, end the search.
   const MinimizerOptions minimizer{
       .max_evaluations = options.max_evaluations, .value_tolerance = 1e-8, .step_tolerance = 1e-10, .first_step = 0.01};
-  const MinimizerResult minimum = Minimize(error, problem, minimizer);
+  const MinimizerResult minimum = Minimize(EachAlone(error), problem, minimizer);
   return {.weights = minimum.x,
           .start_error = std::sqrt(problem.start_value.value),
           .error = std::sqrt(minimum.value),

@@ -14,7 +14,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Sum of losses and gradients over rollouts in the order of adding.
-struct Sum {
+struct LossSum {
   double loss = 0.0;
   std::vector<double> gradient;
 
@@ -80,7 +80,7 @@ BatchEvaluation BatchObjective::EvaluateStart() {
 
   BatchEvaluation evaluation{.theta = theta_reference_, .rollouts = static_cast<int>(queries.size())};
   std::vector<std::vector<double>> trusted_task, trusted_distillation;
-  Sum task;
+  LossSum task;
   double worst = -kInfinity;
   for (std::size_t i = 0; i < task_.size(); ++i) {
     if (!IsTrusted(outcomes[i], d)) continue;
@@ -110,14 +110,25 @@ BatchEvaluation BatchObjective::EvaluateStart() {
   return evaluation;
 }
 
-BatchEvaluation BatchObjective::Evaluate(const std::vector<double>& theta, bool with_gradient) {
+std::vector<BatchEvaluation> BatchObjective::Evaluate(std::span<const std::vector<double>> thetas, bool with_gradient) {
   std::vector<RolloutQuery> queries;
-  for (const auto& variation : task_) queries.push_back({theta, {}, variation, with_gradient});
-  for (const auto& variation : distillation_) queries.push_back({theta, theta_reference_, variation, with_gradient});
+  for (const std::vector<double>& theta : thetas) {
+    for (const auto& variation : task_) queries.push_back({theta, {}, variation, with_gradient});
+    for (const auto& variation : distillation_) queries.push_back({theta, theta_reference_, variation, with_gradient});
+  }
   const std::vector<RolloutOutcome> outcomes = EvaluateAll(service_, queries);
+  const auto each = static_cast<std::size_t>(evaluation_rollouts());
+  std::vector<BatchEvaluation> evaluations;
+  for (std::size_t i = 0; i < thetas.size(); ++i) {
+    evaluations.push_back(Sum(thetas[i], std::span(outcomes).subspan(i * each, each), with_gradient));
+  }
+  return evaluations;
+}
 
-  BatchEvaluation evaluation{.theta = theta, .rollouts = static_cast<int>(queries.size())};
-  Sum task, distillation;
+BatchEvaluation BatchObjective::Sum(const std::vector<double>& theta, std::span<const RolloutOutcome> outcomes,
+                                    bool with_gradient) const {
+  BatchEvaluation evaluation{.theta = theta, .rollouts = static_cast<int>(outcomes.size())};
+  LossSum task, distillation;
   for (std::size_t i = 0; i < outcomes.size(); ++i) {
     if (!IsTrusted(outcomes[i], with_gradient ? theta.size() : 0)) {
       ++evaluation.untrusted;

@@ -51,8 +51,8 @@ class BatchObjective {
   // alone. Rejected when no task variation is left.
   BatchEvaluation EvaluateStart();
 
-  // L at theta; with_gradient false leaves the gradient empty.
-  BatchEvaluation Evaluate(const std::vector<double>& theta, bool with_gradient);
+  // L at each theta, all asked for at once; with_gradient false leaves the gradients empty.
+  std::vector<BatchEvaluation> Evaluate(std::span<const std::vector<double>> thetas, bool with_gradient);
 
   // Rollouts that the next evaluation asks for.
   int evaluation_rollouts() const { return static_cast<int>(task_.size() + distillation_.size()); }
@@ -61,6 +61,8 @@ class BatchObjective {
   int excluded_distillation() const { return excluded_distillation_; }
 
  private:
+  BatchEvaluation Sum(const std::vector<double>& theta, std::span<const RolloutOutcome> outcomes,
+                      bool with_gradient) const;
   void Finish(BatchEvaluation& evaluation) const;  // gradient_norm and accepted
   double count_task() const { return static_cast<double>(task_.size()) + excluded_task_; }  // |B|
 

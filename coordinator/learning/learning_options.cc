@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "coordinator/optimizer/bounded_minimizer.h"
+#include "coordinator/optimizer/evolution_strategy.h"
 
 namespace knap {
 namespace {
@@ -61,6 +62,11 @@ void CheckLearningOptions(const LearningOptions& options, std::size_t dimensions
           options.learning_rate_decay, "a value in (0, 1]");
   CheckMinimizerAlgorithm(options.optimizer);
   Require(options.max_evaluations >= 2, "max_evaluations", options.max_evaluations, "2 or more");
+  if (IsEvolutionStrategy(options.optimizer) && !options.rollout_budget) {
+    Require(options.max_evaluations > kGeneration, "max_evaluations", options.max_evaluations,
+            std::to_string(kGeneration + 1) + " or more with " + options.optimizer +
+                ", the start and a generation, and better some hundred");
+  }
   const std::int64_t batches = (options.variations - 1) / options.batch + 1;
   Require(options.max_evaluations * batches <= std::numeric_limits<int>::max(), "max_evaluations",
           options.max_evaluations, "fewer: over " + std::to_string(batches) + " batches they are too many to count");

@@ -28,7 +28,7 @@ struct LearningOptions {
   double learning_rate = 0.25;   // half width of the box around theta_{t-1} over each parameter's range; (0, 1]
   double learning_rate_decay = 0.36787944117144233;  // e^-1: factor on the learning rate at each restart; (0, 1]
 
-  std::string optimizer = "LD_LBFGS";  // an NLopt algorithm
+  std::string optimizer = "LD_LBFGS";  // as CheckMinimizerAlgorithm allows
   int max_evaluations = 20;            // of the batch loss for one batch, the start included; >= 2
   double loss_tolerance = 1e-4;        // a batch ends when its loss changes relatively by less [-]; >= 0
   double parameter_tolerance = 1e-4;   // … or every parameter by less than this part of its range [-]; >= 0

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <span>
 #include <utility>
 
 #include "coordinator/learning/dimension_selection.h"
@@ -203,13 +204,17 @@ class Schedule {
         .seed =
             CounterRandom(options_.seed, RandomStream::kOptimizer, static_cast<std::uint64_t>(start.batch)).DrawBits()};
     const bool with_gradient = UsesGradient(options_.optimizer);
-    const MinimizerResult minimum = Minimize(
-        [&](const std::vector<double>& x) {
-          const BatchEvaluation evaluation = objective.Evaluate(InsertCoordinates(start.theta, box, x), with_gradient);
-          Record(evaluation, end);
-          return MakeObjectiveValue(evaluation, box);
-        },
-        problem, minimizer_options);
+    const Objective evaluate = [&](std::span<const std::vector<double>> points) {
+      std::vector<std::vector<double>> thetas;
+      for (const std::vector<double>& x : points) thetas.push_back(InsertCoordinates(start.theta, box, x));
+      std::vector<ObjectiveValue> values;
+      for (const BatchEvaluation& evaluation : objective.Evaluate(thetas, with_gradient)) {
+        Record(evaluation, end);
+        values.push_back(MakeObjectiveValue(evaluation, box));
+      }
+      return values;
+    };
+    const MinimizerResult minimum = Minimize(evaluate, problem, minimizer_options);
     end.theta = InsertCoordinates(start.theta, box, minimum.x);
     end.stop = MakeBatchStop(minimum.stop);
   }

@@ -8,6 +8,9 @@
 #include <exception>
 #include <memory>
 #include <stdexcept>
+#include <utility>
+
+#include "coordinator/optimizer/evolution_strategy.h"
 
 namespace knap {
 namespace {
@@ -43,6 +46,14 @@ void CheckProblem(const MinimizerProblem& problem, const MinimizerOptions& optio
   if (!(options.first_step > 0.0 && options.first_step <= 1.0)) refuse("first_step must be in (0, 1]");
 }
 
+void CheckValue(const ObjectiveValue& answer, std::size_t n, bool uses_gradient) {
+  if (!std::isfinite(answer.value)) throw std::invalid_argument("Minimize: an accepted value is not finite");
+  if (uses_gradient && (answer.gradient.size() != n || !IsFinite(answer.gradient))) {
+    throw std::invalid_argument("Minimize: an accepted gradient has " + std::to_string(answer.gradient.size()) +
+                                " values or non-finite ones; expected " + std::to_string(n) + " finite values");
+  }
+}
+
 // (z - 0.3)² summed over the coordinates.
 double CalcParabola(unsigned n, const double* z, double* df_dz, void*) {
   double sum = 0.0;
@@ -70,8 +81,7 @@ bool RunsOnUnitBox(nlopt_algorithm algorithm, unsigned n) {
 // One search: everything NLopt's callback needs.
 class Search {
  public:
-  Search(const std::function<ObjectiveValue(const std::vector<double>&)>& f, const MinimizerProblem& problem,
-         const MinimizerOptions& options)
+  Search(const Objective& f, const MinimizerProblem& problem, const MinimizerOptions& options)
       : f_(f), problem_(problem), options_(options), uses_gradient_(UsesGradient(options.algorithm)) {
     const std::size_t n = problem.start.size();
     z_lower_.resize(n);
@@ -81,7 +91,6 @@ class Search {
       z_upper_[i] = (problem.upper[i] - problem.start[i]) / problem.scale[i];
       width_ = std::max(width_, z_upper_[i] - z_lower_[i]);
     }
-    CheckValue(problem.start_value);
     result_ = {.x = problem.start, .value = problem.start_value.value, .evaluations = 1};
     z_best_.assign(n, 0.0);
     highest_ = problem.start_value.value;
@@ -170,13 +179,12 @@ class Search {
       if (z[i] <= z_lower_[i]) x[i] = problem_.lower[i];
       if (z[i] >= z_upper_[i]) x[i] = problem_.upper[i];
     }
-    ObjectiveValue answer = f_(x);
+    ObjectiveValue answer = f_({&x, 1}).front();
     ++result_.evaluations;
     if (!answer.accepted) {
       ++result_.rejected;
       return answer;
     }
-    CheckValue(answer);
     highest_ = std::max(highest_, answer.value);
     if (answer.value < result_.value) {
       result_.value = answer.value;
@@ -207,15 +215,6 @@ class Search {
     return factor_ * highest_ + rise * (1.0 + distance);
   }
 
-  void CheckValue(const ObjectiveValue& answer) const {
-    if (!std::isfinite(answer.value)) throw std::invalid_argument("Minimize: an accepted value is not finite");
-    if (uses_gradient_ && (answer.gradient.size() != problem_.start.size() || !IsFinite(answer.gradient))) {
-      throw std::invalid_argument("Minimize: an accepted gradient has " + std::to_string(answer.gradient.size()) +
-                                  " values or non-finite ones; expected " + std::to_string(problem_.start.size()) +
-                                  " finite values");
-    }
-  }
-
   void CalcFactor() {
     if (!uses_gradient_) return;
     for (std::size_t i = 0; i < z_best_.size(); ++i) {
@@ -234,7 +233,7 @@ class Search {
                              " refuses the problem: " + (message != nullptr ? message : nlopt_result_to_string(code)));
   }
 
-  const std::function<ObjectiveValue(const std::vector<double>&)>& f_;
+  const Objective& f_;
   const MinimizerProblem& problem_;
   const MinimizerOptions& options_;
   const bool uses_gradient_;
@@ -265,10 +264,11 @@ const char* GetName(MinimizerStop stop) {
 }
 
 void CheckMinimizerAlgorithm(const std::string& algorithm) {
+  if (IsEvolutionStrategy(algorithm)) return;
   const nlopt_algorithm number = nlopt_algorithm_from_string(algorithm.c_str());
   if (static_cast<int>(number) < 0) {
-    throw std::invalid_argument("\"" + algorithm +
-                                "\" is no NLopt algorithm; write its name as LD_LBFGS, LN_BOBYQA, …");
+    throw std::invalid_argument("\"" + algorithm + "\" is no NLopt algorithm, nor " + kEvolution + " or " +
+                                kEvolutionAlongGradient + "; write NLopt's names as LD_LBFGS, LN_BOBYQA, …");
   }
   const bool has_letters = algorithm.size() > 3 && algorithm[2] == '_';
   if (!has_letters || algorithm.find("AUGLAG") != std::string::npos || algorithm.find("MLSL") != std::string::npos) {
@@ -280,12 +280,33 @@ void CheckMinimizerAlgorithm(const std::string& algorithm) {
   }
 }
 
-bool UsesGradient(const std::string& algorithm) { return algorithm.size() > 1 && algorithm[1] == 'D'; }
+bool UsesGradient(const std::string& algorithm) {
+  return algorithm == kEvolutionAlongGradient || (algorithm.size() > 2 && algorithm.substr(1, 2) == "D_");
+}
 
-MinimizerResult Minimize(const std::function<ObjectiveValue(const std::vector<double>& x)>& f,
-                         const MinimizerProblem& problem, const MinimizerOptions& options) {
+Objective EachAlone(std::function<ObjectiveValue(const std::vector<double>& x)> f) {
+  return [f = std::move(f)](std::span<const std::vector<double>> points) {
+    std::vector<ObjectiveValue> values;
+    for (const std::vector<double>& x : points) values.push_back(f(x));
+    return values;
+  };
+}
+
+MinimizerResult Minimize(const Objective& f, const MinimizerProblem& problem, const MinimizerOptions& options) {
   CheckProblem(problem, options);
-  return Search(f, problem, options).Run();
+  const bool uses_gradient = UsesGradient(options.algorithm);
+  const std::size_t n = problem.start.size();
+  CheckValue(problem.start_value, n, uses_gradient);
+  const Objective checked = [&](std::span<const std::vector<double>> points) {
+    std::vector<ObjectiveValue> values = f(points);
+    if (values.size() != points.size()) throw std::invalid_argument("Minimize: not one value a point");
+    for (const ObjectiveValue& value : values) {
+      if (value.accepted) CheckValue(value, n, uses_gradient);
+    }
+    return values;
+  };
+  if (IsEvolutionStrategy(options.algorithm)) return MinimizeByEvolution(checked, problem, options);
+  return Search(checked, problem, options).Run();
 }
 
 }  // namespace knap

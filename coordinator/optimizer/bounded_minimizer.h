@@ -1,4 +1,5 @@
-// Minimises a function over a box with any of NLopt's algorithms, and always returns the best point it saw.
+// Minimises a function over a box with any of NLopt's algorithms, or with an evolution strategy
+// (evolution_strategy.h), and always returns the best point it saw.
 //
 //   minimise f(x)   subject to   lower_i <= x_i <= upper_i
 //
@@ -22,6 +23,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -33,6 +35,12 @@ struct ObjectiveValue {
   std::vector<double> gradient{};  // df/dx, n finite values; may stay empty if the algorithm uses none
 };
 
+// f at several points, one answer each in their order: what asks for many at a time lets them be computed side by side.
+using Objective = std::function<std::vector<ObjectiveValue>(std::span<const std::vector<double>> points)>;
+
+// Of an f that takes one point.
+Objective EachAlone(std::function<ObjectiveValue(const std::vector<double>& x)> f);
+
 struct MinimizerProblem {
   std::vector<double> lower, upper;  // n each, lower_i <= start_i <= upper_i; equal bounds hold a coordinate fixed
   std::vector<double> scale;         // n, > 0, in the units of x: the parameter's range
@@ -41,12 +49,12 @@ struct MinimizerProblem {
 };
 
 struct MinimizerOptions {
-  std::string algorithm = "LD_LBFGS";  // NLopt's name without the prefix NLOPT_
+  std::string algorithm = "LD_LBFGS";  // NLopt's name without the prefix NLOPT_, or one of evolution_strategy.h
   int max_evaluations = 20;            // of f, the start included; exact; >= 1
   double value_tolerance = 1e-4;       // stop when f changes relatively by less than this [-]; 0: off
   double step_tolerance = 1e-4;        // stop when every |dz_i| is less than this, in units of scale [-]; 0: off
   double first_step = 0.25;            // first step over the box's widest side, in (0, 1] [-]
-  std::uint64_t seed = 0;              // for NLopt's stochastic algorithms
+  std::uint64_t seed = 0;              // for stochastic algorithms
 };
 
 enum class MinimizerStop {
@@ -64,17 +72,16 @@ struct MinimizerResult {
   MinimizerStop stop = MinimizerStop::kConverged;
 };
 
-// Throws std::invalid_argument unless `algorithm` names an NLopt algorithm that, on its own and in the NLopt at hand,
-// minimises over a box of any number of coordinates (tried on one and two).
+// Throws std::invalid_argument unless `algorithm` names an evolution strategy, or an NLopt algorithm that, on its own
+// and in the NLopt at hand, minimises over a box of any number of coordinates (tried on one and two).
 void CheckMinimizerAlgorithm(const std::string& algorithm);
 
-// True when the algorithm asks for gradients (NLopt's second letter: LD_, GD_). `algorithm` must have been checked.
+// True when the algorithm asks for gradients (of NLopt's those with a D: LD_, GD_). `algorithm` must have been checked.
 bool UsesGradient(const std::string& algorithm);
 
 // f is called with x inside the box, bit-exactly so at the bounds, and never twice for the start. Whatever f throws
 // ends the search and comes out of Minimize unchanged. Throws std::invalid_argument for a malformed problem or options,
 // and std::runtime_error when NLopt refuses the problem all the same (no memory).
-MinimizerResult Minimize(const std::function<ObjectiveValue(const std::vector<double>& x)>& f,
-                         const MinimizerProblem& problem, const MinimizerOptions& options);
+MinimizerResult Minimize(const Objective& f, const MinimizerProblem& problem, const MinimizerOptions& options);
 
 }  // namespace knap

@@ -25,6 +25,7 @@ enum class RandomStream : std::uint32_t {
   kPolicyWeights = 7,       // index: weight of a policy's network
   kValidation = 8,          // index: validation variation
   kDemonstrations = 9,      // index: variation that is demonstrated to a policy
+  kGenerations = 10,        // index: generation of an evolution strategy, whose seed is one of kOptimizer
 };
 
 // Ten rounds of Philox4x32 on one counter.

@@ -354,7 +354,7 @@ struct Learning {
   double alpha = 0.1;                                          // weight of the distillation loss [-]
   double learning_rate = 0.25;         // box radius, as a fraction of each parameter's range [-]
   double decay = 0.36787944117144233;  // of the learning rate at each restart: e⁻¹ [-]
-  std::string optimizer = "LD_LBFGS";  // an NLopt algorithm
+  std::string optimizer = "LD_LBFGS";  // NLopt's or an evolution strategy
   std::int64_t max_evaluations = 15;   // of the optimizer, a batch
   double loss_tolerance = 1e-4;        // relative change of a batch's loss at which it ends [-]
   double parameter_tolerance = 1e-4;   // likewise of every parameter, as a fraction of its range [-]

@@ -379,7 +379,13 @@ static void VisitFields(FieldVisitor& v, Learning& l) {
             .required = false,
             .range = kFraction},
            l.decay);
-  v.Text({.key = "optimizer", .doc = "an NLopt algorithm", .required = false, .role = TextRole::kName}, l.optimizer);
+  v.Text(
+      {.key = "optimizer",
+       .doc = "an NLopt algorithm, or an evolution strategy, plain or drawn along gradients: CMA_ES, CMA_ES_GRADIENT; "
+              "these evaluate 16 designs at a time, so give them `max_evaluations` of some 100 and more",
+       .required = false,
+       .role = TextRole::kName},
+      l.optimizer);
   v.Integer(
       {.key = "max_evaluations", .doc = "of the optimizer, in a batch", .required = false, .range = kRolloutCount},
       l.max_evaluations);

@@ -6,8 +6,12 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "tests/coordinator/rosenbrock.h"
+
 namespace knap {
 namespace bounded_minimizer_test {
+
+using test::CalcRosenbrock;
 
 using Vector = std::vector<double>;
 using Function = std::function<ObjectiveValue(const Vector&)>;
@@ -19,11 +23,6 @@ struct BoxProblem {
   double minimum;
   double tolerance;  // on the value reached
 };
-
-ObjectiveValue CalcRosenbrock(const Vector& x) {
-  const double a = x[1] - x[0] * x[0], b = 1.0 - x[0];
-  return {.value = 100.0 * a * a + b * b, .gradient = {-400.0 * x[0] * a - 2.0 * b, 200.0 * a}};
-}
 
 // Bound-constrained problems of W. Hock, K. Schittkowski, Test Examples for Nonlinear Programming Codes (1981), with
 // their published minima; infinite bounds become ±10.
@@ -123,7 +122,7 @@ TEST_P(PublishedProblems, AreSolvedInsideTheBox) {
       }
       return box.f(x);
     };
-    const MinimizerResult result = Minimize(f, MakeProblem(box), MakeTightOptions(GetParam()));
+    const MinimizerResult result = Minimize(EachAlone(f), MakeProblem(box), MakeTightOptions(GetParam()));
     double minimum = box.minimum;
     if (std::string(box.name) == "HS2" && result.value < 1.0) minimum = 0.0504261879;  // the other published minimum
     EXPECT_NEAR(result.value, minimum, box.tolerance) << GetName(result.stop) << ", " << result.evaluations;
@@ -142,9 +141,9 @@ TEST(BoundedMinimizerTest, DerivativeFreeAlgorithmsNeedNoGradient) {
       {0.9, 0.8}, 0.0,
       1e-8};
   for (const char* algorithm : {"LN_BOBYQA", "LN_COBYLA", "LN_SBPLX", "GN_CRS2_LM"}) {
-    const MinimizerResult result = Minimize(box.f, MakeProblem(box), MakeTightOptions(algorithm));
+    const MinimizerResult result = Minimize(EachAlone(box.f), MakeProblem(box), MakeTightOptions(algorithm));
     EXPECT_NEAR(result.value, 0.0, 1e-8) << algorithm;
-    EXPECT_EQ(result.x, Minimize(box.f, MakeProblem(box), MakeTightOptions(algorithm)).x) << algorithm;
+    EXPECT_EQ(result.x, Minimize(EachAlone(box.f), MakeProblem(box), MakeTightOptions(algorithm)).x) << algorithm;
   }
 }
 
@@ -160,7 +159,8 @@ TEST(BoundedMinimizerTest, NarrowSidesLeaveRoomForTheFirstStep) {
                        0.0,
                        1e-8};
   for (const char* algorithm : {"LN_BOBYQA", "LN_COBYLA", "LN_SBPLX"}) {
-    EXPECT_NEAR(Minimize(box.f, MakeProblem(box), MakeTightOptions(algorithm)).value, 0.0, 1e-5) << algorithm;
+    EXPECT_NEAR(Minimize(EachAlone(box.f), MakeProblem(box), MakeTightOptions(algorithm)).value, 0.0, 1e-5)
+        << algorithm;
   }
 }
 
@@ -177,7 +177,7 @@ TEST(BoundedMinimizerTest, FirstStepDoesNotDependOnTheUnitOfTheLoss) {
         .lower = {-4, -4}, .upper = {4, 4}, .scale = {16, 16}, .start = {3, 1}, .start_value = f({3, 1})};
     MinimizerOptions options = MakeTightOptions();
     options.first_step = 0.25;
-    const MinimizerResult result = Minimize(f, problem, options);
+    const MinimizerResult result = Minimize(EachAlone(f), problem, options);
     ASSERT_GE(asked.size(), 2u);
     // The steepest coordinate moves by a quarter of the box's side of 8, the other in proportion.
     EXPECT_NEAR(asked[1][0], 3.0 - 2.0, 1e-9) << unit;
@@ -199,7 +199,7 @@ TEST(BoundedMinimizerTest, ReturnsTheBestPointSeenNotTheLast) {
       .lower = {0, 0}, .upper = {1, 1}, .scale = {1, 1}, .start = {0.95, 0.5}, .start_value = f({0.95, 0.5})};
   MinimizerOptions options = MakeTightOptions();
   options.max_evaluations = 30;
-  const MinimizerResult result = Minimize(f, problem, options);
+  const MinimizerResult result = Minimize(EachAlone(f), problem, options);
   const auto best =
       std::min_element(seen.begin(), seen.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   EXPECT_EQ(result.value, best->first);
@@ -217,7 +217,7 @@ TEST(BoundedMinimizerTest, MaxEvaluationsIsExact) {
     const MinimizerProblem problem = MakeRosenbrockProblem();
     MinimizerOptions options = MakeTightOptions();
     options.max_evaluations = limit;
-    const MinimizerResult result = Minimize(f, problem, options);
+    const MinimizerResult result = Minimize(EachAlone(f), problem, options);
     EXPECT_LE(calls, limit);
     EXPECT_EQ(result.evaluations, calls);
     if (limit <= 20) {  // Rosenbrock takes more than 20 from here, so the limit is what ends it
@@ -238,7 +238,7 @@ TEST(BoundedMinimizerTest, ExceptionsOfTheObjectiveComeOutUnchanged) {
       return CalcRosenbrock(x);
     };
     const MinimizerProblem problem = MakeRosenbrockProblem();
-    EXPECT_THROW(Minimize(f, problem, MakeTightOptions(algorithm)), OutOfWorkers) << algorithm;
+    EXPECT_THROW(Minimize(EachAlone(f), problem, MakeTightOptions(algorithm)), OutOfWorkers) << algorithm;
     EXPECT_EQ(calls, 3) << algorithm;  // none after the exception
   }
 }
@@ -259,7 +259,7 @@ TEST(BoundedMinimizerTest, RejectedPointsPushTheSearchBack) {
         .lower = {-1, -1}, .upper = {1, 1}, .scale = {2, 2}, .start = {-0.9, 0.7}, .start_value = f({-0.9, 0.7})};
     MinimizerOptions options = MakeTightOptions(algorithm);
     options.max_evaluations = 200;
-    const MinimizerResult result = Minimize(f, problem, options);
+    const MinimizerResult result = Minimize(EachAlone(f), problem, options);
     EXPECT_GT(rejected, 0) << algorithm;
     EXPECT_EQ(result.rejected, rejected) << algorithm;
     EXPECT_LE(result.x[0], 0.5) << algorithm;
@@ -276,7 +276,7 @@ TEST(BoundedMinimizerTest, SurvivesAnObjectiveThatRejectsEverything) {
                              .scale = {2, 2},
                              .start = {0.2, 0.7},
                              .start_value = {.value = 5.0, .gradient = {1.0, -2.0}}};
-    const MinimizerResult result = Minimize(f, problem, MakeTightOptions(algorithm));
+    const MinimizerResult result = Minimize(EachAlone(f), problem, MakeTightOptions(algorithm));
     EXPECT_EQ(result.x, problem.start) << algorithm;
     EXPECT_EQ(result.value, 5.0) << algorithm;
     EXPECT_EQ(result.rejected, result.evaluations - 1) << algorithm;
@@ -290,25 +290,25 @@ TEST(BoundedMinimizerTest, BlockedOrFlatStartsConvergeAtOnce) {
                            .scale = {1, 1},
                            .start = {0, 1},
                            .start_value = {.value = 3.0, .gradient = {2.0, -1.0}}};  // both slopes point outwards
-  EXPECT_EQ(Minimize(never, problem, MakeTightOptions()).stop, MinimizerStop::kConverged);
+  EXPECT_EQ(Minimize(EachAlone(never), problem, MakeTightOptions()).stop, MinimizerStop::kConverged);
   problem.start_value.gradient = {0.0, 0.0};
-  EXPECT_EQ(Minimize(never, problem, MakeTightOptions()).evaluations, 1);
+  EXPECT_EQ(Minimize(EachAlone(never), problem, MakeTightOptions()).evaluations, 1);
   problem.upper = problem.lower = problem.start = {0.5, 0.5};  // a box without width
   problem.start_value.gradient = {1.0, 1.0};
-  EXPECT_EQ(Minimize(never, problem, MakeTightOptions()).x, problem.start);
+  EXPECT_EQ(Minimize(EachAlone(never), problem, MakeTightOptions()).x, problem.start);
 }
 
 TEST(BoundedMinimizerTest, TolerancesEndTheSearch) {
   const MinimizerProblem problem = MakeRosenbrockProblem();
-  const int tight = Minimize(CalcRosenbrock, problem, MakeTightOptions()).evaluations;
+  const int tight = Minimize(EachAlone(CalcRosenbrock), problem, MakeTightOptions()).evaluations;
   MinimizerOptions loose = MakeTightOptions();
   loose.value_tolerance = 0.5;
-  const MinimizerResult by_value = Minimize(CalcRosenbrock, problem, loose);
+  const MinimizerResult by_value = Minimize(EachAlone(CalcRosenbrock), problem, loose);
   EXPECT_EQ(by_value.stop, MinimizerStop::kConverged);
   EXPECT_LT(by_value.evaluations, tight);
   loose.value_tolerance = 0.0;
   loose.step_tolerance = 0.05;
-  const MinimizerResult by_step = Minimize(CalcRosenbrock, problem, loose);
+  const MinimizerResult by_step = Minimize(EachAlone(CalcRosenbrock), problem, loose);
   EXPECT_EQ(by_step.stop, MinimizerStop::kConverged);
   EXPECT_LT(by_step.evaluations, tight);
 }
@@ -327,9 +327,9 @@ TEST(BoundedMinimizerTest, BadInputIsNamed) {
   MinimizerProblem problem{
       .lower = {0}, .upper = {1}, .scale = {1}, .start = {2}, .start_value = {.value = 0.0, .gradient = {1.0}}};
   const auto f = [](const Vector&) { return ObjectiveValue{.value = 0.0, .gradient = {1.0, 2.0}}; };
-  EXPECT_THROW(Minimize(f, problem, {}), std::invalid_argument);  // start outside
+  EXPECT_THROW(Minimize(EachAlone(f), problem, {}), std::invalid_argument);  // start outside
   problem.start = {0.5};
-  EXPECT_THROW(Minimize(f, problem, {}), std::invalid_argument);  // the gradient has two values
+  EXPECT_THROW(Minimize(EachAlone(f), problem, {}), std::invalid_argument);  // the gradient has two values
 }
 
 }  // namespace bounded_minimizer_test

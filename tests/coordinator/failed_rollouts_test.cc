@@ -128,7 +128,8 @@ TEST(FailedRolloutsTest, ALaterFailureRejectsTheEvaluation) {
   const std::vector<double> range = {6.0, 6.0};
   BatchObjective objective({{kRests, 1.0}, {kRests, 5.0}}, {}, kStill, range, 0.1, service);
   ASSERT_TRUE(objective.EvaluateStart().accepted);
-  const BatchEvaluation moved = objective.Evaluate({0.5, -0.5}, true);
+  const std::vector<double> theta{0.5, -0.5};
+  const BatchEvaluation moved = objective.Evaluate({&theta, 1}, true).front();
   EXPECT_FALSE(moved.accepted);
   EXPECT_EQ(moved.loss, kInfinity);
   EXPECT_EQ(moved.untrusted, 2);

@@ -167,14 +167,16 @@ TEST(ScheduleTest, GradientIsTheDerivativeOfTheLoss) {
   BatchObjective objective(task, distillation, reference, range, 0.3, service);
   objective.EvaluateStart();
   std::vector<double> theta = {0.5, 0.2, 0.3, 0.45, 0.6, 0.4, 0.1};
-  const BatchEvaluation at = objective.Evaluate(theta, true);
+  const BatchEvaluation at = objective.Evaluate({&theta, 1}, true).front();
   double norm_squared = 0.0;
   for (std::size_t i = 0; i < kDimensions; ++i) {
     constexpr double kStep = 1e-4;  // central differences of a quadratic are exact but for rounding, 1e-16 / 1e-4
     std::vector<double> up = theta, down = theta;
     up[i] += kStep;
     down[i] -= kStep;
-    const double slope = (objective.Evaluate(up, false).loss - objective.Evaluate(down, false).loss) / (2 * kStep);
+    const double slope =
+        (objective.Evaluate({&up, 1}, false).front().loss - objective.Evaluate({&down, 1}, false).front().loss) /
+        (2 * kStep);
     EXPECT_NEAR(at.gradient[i], slope, 1e-10);
     norm_squared += at.gradient[i] * at.gradient[i];
   }
