@@ -307,6 +307,34 @@ TEST(ScheduleTest, AnAlgorithmWithoutGradientsAsksForThemOnlyToChoose) {
   }
 }
 
+// A generation's rollouts are asked for in one call, so that many workers are busy at a time.
+TEST(ScheduleTest, AnEvolutionStrategyAsksForAGenerationAtOnce) {
+  for (const char* optimizer : {"CMA_ES", "CMA_ES_GRADIENT"}) {
+    LearningOptions options = MakeOptions(LearningMethod::kDiffHand);
+    options.variations = options.batch = 5;
+    options.optimizer = optimizer;
+    options.max_evaluations = 401;
+    options.loss_tolerance = options.parameter_tolerance = 0.0;
+    const auto learn = [&](QuadraticService* service) {
+      Recorder recorder;
+      const LearningResult result = Learn(MakeProblem(), options, *service, recorder);
+      EXPECT_EQ(recorder.evaluations.size(), 401u);
+      return result.theta;
+    };
+    QuadraticService service(kWeights, kOptimum);
+    const std::vector<double> theta = learn(&service);
+    EXPECT_LT(CalcDistance(theta, kOptimum), 0.05) << optimizer;
+    ASSERT_EQ(service.calls.size(), 1u + 25u);
+    for (std::size_t i = 1; i < service.calls.size(); ++i) EXPECT_EQ(service.calls[i].size(), 16u * 5u);
+    QuadraticService again(kWeights, kOptimum);
+    EXPECT_EQ(learn(&again), theta);
+    options.max_evaluations = 16;
+    QuadraticService none(kWeights, kOptimum);
+    Recorder recorder;
+    EXPECT_THROW(Learn(MakeProblem(), options, none, recorder), std::invalid_argument);
+  }
+}
+
 TEST(ScheduleTest, BadProblemsAndOptionsAreNamed) {
   const auto message_of = [](const Problem& problem, const LearningOptions& options) -> std::string {
     QuadraticService service(kWeights, kOptimum);
