@@ -29,6 +29,14 @@ if(KNAP_SANITIZE)
   endif()
 endif()
 
+# Of the folder that calls it and those it adds after: under sanitizers Clang stops inlining Eigen, and what computes is
+# four times as slow. Elsewhere it would only take three times as long to compile.
+macro(knap_inline_eigen)
+  if(KNAP_SANITIZE AND CMAKE_CXX_COMPILER_ID STREQUAL Clang)
+    add_compile_options("SHELL:-mllvm -inline-threshold=5000")
+  endif()
+endmacro()
+
 include(KnapPrecompiled)
 
 # knap_library(NAME SOURCES a.cc … [DEPS …] [PRIVATE_DEPS …] [PRECOMPILED set])
