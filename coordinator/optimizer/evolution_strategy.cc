@@ -131,12 +131,12 @@ class Evolution {
     best_values_.push_back(order.empty() ? std::numeric_limits<double>::infinity()
                                          : values[static_cast<std::size_t>(order.front())].value);
     const VectorXd slope = along_gradient_ ? CalcSlope(steps, values) : VectorXd();
-    Adapt(rates, steps, order, generation);
+    Adapt(rates, steps, order);
     if (along_gradient_) SetDescent(slope);
     return true;
   }
 
-  void Adapt(const Rates& rates, const MatrixXd& steps, const std::vector<int>& order, std::uint64_t generation) {
+  void Adapt(const Rates& rates, const MatrixXd& steps, const std::vector<int>& order) {
     const auto parents = std::min<Eigen::Index>(kParents, static_cast<Eigen::Index>(order.size()));
     if (parents == 0) {  // nothing there is to be trusted: nearer to where something was
       sigma_ *= 0.5;
@@ -156,9 +156,8 @@ class Evolution {
     const VectorXd whitened = B_ * (B_.transpose() * shift).cwiseQuotient(spread_);
     path_sigma_ =
         (1.0 - rates.c_sigma) * path_sigma_ + std::sqrt(rates.c_sigma * (2.0 - rates.c_sigma) * rates.mass) * whitened;
-    double decay = 1.0;
-    for (std::uint64_t i = 0; i <= generation; ++i) decay *= (1.0 - rates.c_sigma) * (1.0 - rates.c_sigma);
-    const double length = path_sigma_.norm() / std::sqrt(1.0 - decay);
+    unfilled_ *= (1.0 - rates.c_sigma) * (1.0 - rates.c_sigma);
+    const double length = path_sigma_.norm() / std::sqrt(1.0 - unfilled_);
     const bool is_short = length < (1.4 + 2.0 / (n + 1.0)) * rates.expected_length;
     path_c_ = (1.0 - rates.c_c) * path_c_;
     if (is_short) path_c_ += std::sqrt(rates.c_c * (2.0 - rates.c_c) * rates.mass) * shift;
@@ -225,6 +224,7 @@ class Evolution {
   MatrixXd C_, B_;  // C = B diag(spread²) Bᵀ
   VectorXd spread_;
   VectorXd path_sigma_, path_c_;
+  double unfilled_ = 1.0;            // share of path_sigma_'s variance that its start at zero still lacks
   VectorXd descent_;                 // along which some points of the next generation lie; none where nothing falls
   std::vector<double> best_values_;  // of each generation
   MinimizerResult result_;

@@ -15,7 +15,7 @@
 #include "sim/scenarios/scenario_files.h"
 #include "tests/sim/contact/convex_meshes.h"
 #include "tests/sim/rollout/designed_bar.h"
-#include "tests/sim/rollout/differences.h"
+#include "tests/sim/rollout/expect_gradient.h"
 
 namespace knap {
 namespace fixed_mesh_test {
@@ -175,23 +175,7 @@ contacts: [{bodies: [tool, ridge], stiffness: 1e8 N/m^3, damping: 5 s/m, frictio
                       {"ridge.obj", MakeObj(test::MakeWedge())},
                       {"tool.obj", MakeObj(test::MakeBoxMesh({0.012, 0.004, 0.005}, center))},
                       {"cage.obj", MakeObj(test::MakeBoxMesh({0.013, 0.005, 0.006}, center))}});
-  RolloutInput input;
-  input.theta = Eigen::Vector2d(0.0243, 0.0002);
-  input.want_gradient = true;
-  const RolloutOutput out = model.Run(input, {});
-  ASSERT_TRUE(out.certificate.converged);
-  EXPECT_GT(out.certificate.contact_onsets, 0);
-  const auto calc_loss = [&](const VectorXd& theta) {
-    RolloutInput moved;
-    moved.theta = theta;
-    return model.Run(moved, {}).loss;
-  };
-  ASSERT_EQ(out.gradient.size(), 2);
-  for (int i = 0; i < 2; ++i) {
-    const double difference = test::CalcDifference(calc_loss, input.theta, i, 4e-7);
-    EXPECT_GT(std::abs(difference), 1e-7);
-    EXPECT_NEAR(out.gradient(i), difference, 1e-4 * std::abs(difference)) << "parameter " << i;
-  }
+  test::ExpectGradient(&model, Eigen::Vector2d(0.0243, 0.0002), 4e-7);
 }
 
 }  // namespace fixed_mesh_test

@@ -18,7 +18,7 @@
 #include "sim/scenarios/scenario_files.h"
 #include "tests/sim/contact/convex_meshes.h"
 #include "tests/sim/rollout/designed_bar.h"
-#include "tests/sim/rollout/differences.h"
+#include "tests/sim/rollout/expect_gradient.h"
 
 namespace knap {
 namespace shapes_test {
@@ -241,23 +241,7 @@ contacts: [{bodies: [tool, floor], stiffness: 1e8 N/m^3, damping: 5 s/m, frictio
   RolloutModel model({{kScenarioFileName, text},
                       {"tool.obj", WriteObj(test::MakeBoxMesh({0.012, 0.004, 0.005}, center), 1e-3)},
                       {"cage.obj", WriteObj(test::MakeBoxMesh({0.013, 0.005, 0.006}, center), 1e-3)}});
-  RolloutInput input;
-  input.theta = Eigen::Vector2d(0.0243, 0.0002);
-  input.want_gradient = true;
-  const RolloutOutput out = model.Run(input, {});
-  ASSERT_TRUE(out.certificate.converged);
-  EXPECT_GT(out.certificate.contact_onsets, 0);
-  const auto calc_loss = [&](const VectorXd& theta) {
-    RolloutInput moved;
-    moved.theta = theta;
-    return model.Run(moved, {}).loss;
-  };
-  ASSERT_EQ(out.gradient.size(), 2);
-  for (int i = 0; i < 2; ++i) {
-    const double difference = test::CalcDifference(calc_loss, input.theta, i, 4e-7);
-    EXPECT_GT(std::abs(difference), 1e-7);
-    EXPECT_NEAR(out.gradient(i), difference, 1e-4 * std::abs(difference)) << "parameter " << i;
-  }
+  test::ExpectGradient(&model, Eigen::Vector2d(0.0243, 0.0002), 4e-7);
 }
 
 // A designed angle falls with its inner corner over a designed box, and both shapes count.
@@ -312,23 +296,7 @@ loss: {task: [{signals: [off], shape: absolute}, {signals: [press], shape: absol
   ASSERT_EQ(volumes.size(), 2u);
   EXPECT_NEAR(volumes[0] + volumes[1], 600.0 * 8.0 * 1e-9, 1e-15);
   EXPECT_EQ(model.design()->CalcPieceVolumes("stand").size(), 1u);
-  RolloutInput input;
-  input.theta = Eigen::Vector3d(0.0303, 0.0002, 0.0001);
-  input.want_gradient = true;
-  const RolloutOutput out = model.Run(input, {});
-  ASSERT_TRUE(out.certificate.converged);
-  EXPECT_GT(out.certificate.contact_onsets, 0);
-  const auto calc_loss = [&](const VectorXd& theta) {
-    RolloutInput moved;
-    moved.theta = theta;
-    return model.Run(moved, {}).loss;
-  };
-  ASSERT_EQ(out.gradient.size(), 3);
-  for (int i = 0; i < 3; ++i) {
-    const double difference = test::CalcDifference(calc_loss, input.theta, i, 3e-8);
-    EXPECT_GT(std::abs(difference), 1e-7);
-    EXPECT_NEAR(out.gradient(i), difference, 1e-4 * std::abs(difference)) << "parameter " << i;
-  }
+  test::ExpectGradient(&model, Eigen::Vector3d(0.0303, 0.0002, 0.0001), 3e-8);
 }
 
 std::string FindErrors(const std::string& shapes, const std::string& others, const std::string& inertia) {
