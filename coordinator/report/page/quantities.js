@@ -53,7 +53,8 @@
   }
 
   function percent(share) {
-    return `${Number((share * 100).toFixed(1))}%`;
+    const value = share * 100;
+    return `${Number(value.toFixed(value > 0 && value < 10 ? 1 : 0))}%`;
   }
 
   function duration(seconds) {
