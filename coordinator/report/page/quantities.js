@@ -53,8 +53,7 @@
   }
 
   function percent(share) {
-    const value = share * 100;
-    return `${Number(value.toFixed(value > 0 && value < 10 ? 1 : 0))}%`;
+    return `${Number((share * 100).toFixed(1))}%`;
   }
 
   function duration(seconds) {
